@@ -1,0 +1,32 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Runs the Blender of .build/blender-root with the arguments given, as the calling user, seeing the clone, the
+# temporary folder and the working folder at their own places. All mounts live in a private namespace: none stays.
+# ISOCHOR_PROGRAM names another program of the tree to run as root there (the tools install packages with it).
+set -eu
+
+here=$(cd "$(dirname "$0")" && pwd)
+clone=$(cd "$here/../.." && pwd)
+tree="$clone/.build/blender-root"
+home="$clone/.build/blender-home"
+mkdir -p "$home"
+
+if [ "${ISOCHOR_MOUNTED:-}" != yes ]; then
+    as_root=
+    if [ "$(id -u)" -ne 0 ]; then as_root="sudo --preserve-env"; fi
+    user="$(id -u):$(id -g)"
+    if [ -n "${ISOCHOR_PROGRAM:-}" ]; then user=0:0; fi
+    # shellcheck disable=SC2086
+    exec $as_root env ISOCHOR_MOUNTED=yes ISOCHOR_USER="$user" unshare --mount --propagation private "$0" "$@"
+fi
+
+mount -t proc proc "$tree/proc"
+mount --rbind /dev "$tree/dev"
+for folder in "$clone" "${TMPDIR:-/tmp}" "$PWD"; do
+    mkdir -p "$tree$folder"
+    mountpoint -q "$tree$folder" || mount --bind "$folder" "$tree$folder"
+done
+
+# shellcheck disable=SC2016
+exec chroot --userspec="$ISOCHOR_USER" "$tree" env -u DISPLAY -u WAYLAND_DISPLAY -u ISOCHOR_MOUNTED -u PYTHONHOME -u PYTHONPATH \
+    HOME="$home" PATH=/usr/sbin:/usr/bin:/sbin:/bin sh -c 'cd "$0" && exec "$@"' "$PWD" "${ISOCHOR_PROGRAM:-blender}" "$@"

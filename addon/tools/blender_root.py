@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Puts a real Blender 5.2 into .build/blender-root: a Debian sid tree made by debootstrap, entered by chroot.
+
+Use: python blender_root.py; prints the command that runs Blender in there. About 100 s and 1 GB, once.
+"""
+
+import os
+import shutil
+from pathlib import Path
+
+import system_packages
+from workspace import BUILD, Command, Unavailable, fail, fingerprint, is_fresh, run, say, status
+
+PLACE = BUILD / "blender-root"
+LAUNCHER = Path(__file__).with_name("blender_in_root.sh")
+KEYRING = Path("/usr/share/keyrings/debian-archive-keyring.gpg")
+SUITE = "sid"
+# Blender with what its own Python code imports and Debian only recommends, the test runner, and the picture tools.
+PACKAGES = (
+    "blender python3-numpy python3-requests python3-zstandard python3-cattr libegl1 libgl1"
+    " python3-pytest python3-hypothesis python3-scipy python3-pil python3-matplotlib"
+).split()
+# An archive snapshot has release files past their date.
+DATES = 'Acquire::Check-Valid-Until "false";\nAcquire::Check-Date "false";\n'
+
+
+def launcher() -> Path:
+    """The command that runs Blender in the tree, which is made first if need be."""
+    stamp = PLACE / "contents.stamp"
+    digest = fingerprint([], SUITE, *PACKAGES)
+    if not is_fresh(stamp, digest):
+        _check_architecture()
+        system_packages.install(system_packages.GROUPS["blender-root"])
+        _bootstrap()
+        _install()
+        _write(stamp, digest)
+    return LAUNCHER
+
+
+def _check_architecture() -> None:
+    if shutil.which("apt-get") is None:
+        raise Unavailable("a real Blender can be fetched on Debian and Ubuntu only: name one in BLENDER instead")
+
+
+def _bootstrap() -> None:
+    """The bare tree; one that an interrupted run left half-made is begun again."""
+    done = PLACE / "bootstrap.stamp"
+    if done.is_file():
+        return
+    root = system_packages.privilege()
+    if PLACE.exists():
+        run([*root, "rm", "-rf", "--one-file-system", PLACE])
+    PLACE.parent.mkdir(exist_ok=True)
+    say(f"unpacking Debian {SUITE} into {PLACE} (for a real Blender 5.2; nothing outside that folder is touched)")
+    log = BUILD / "blender-root.log"
+    bootstrap: Command = ["debootstrap", "--variant=minbase", f"--keyring={KEYRING}", SUITE, PLACE]
+    # A mount namespace of its own: whatever debootstrap mounts is gone when it ends.
+    private = ["unshare", "--mount", "--propagation", "private"]
+    if status([*root, *private, "sh", "-c", 'exec "$@" >"$0" 2>&1', log, *bootstrap]) != 0:
+        raise Unavailable(f"debootstrap failed (it needs root and the right to mount): see {log}")
+    _write(PLACE / "etc/apt/apt.conf.d/99dates", DATES)
+    _write(done, SUITE)
+
+
+def _install() -> None:
+    say(f"installing {' '.join(PACKAGES)} in {PLACE}")
+    apt = "apt-get -q -o APT::Sandbox::User=root"
+    enter: Command = [
+        *system_packages.privilege(),
+        "env",
+        "DEBIAN_FRONTEND=noninteractive",
+        "ISOCHOR_PROGRAM=sh",
+        LAUNCHER,
+    ]
+    script = f"{apt} update && {apt} install -y --no-install-recommends {' '.join(PACKAGES)}"
+    log = BUILD / "blender-root.log"
+    if status(["sh", "-c", 'exec "$@" >>"$0" 2>&1', log, *enter, "-c", script]) != 0:
+        raise Unavailable(f"Blender could not be installed in {PLACE}: see {log}")
+
+
+def _write(path: Path, text: str) -> None:
+    """Writes a file in the tree, which belongs to root."""
+    if os.access(path.parent, os.W_OK):
+        path.write_text(text)
+    else:
+        run([*system_packages.privilege(), "sh", "-c", 'printf %s "$1" >"$0"', path, text])
+
+
+if __name__ == "__main__":
+    try:
+        print(launcher())
+    except Unavailable as reason:
+        fail(str(reason))

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The legs of `make test`: each one function from nothing to a Report, raising Unavailable where it cannot run."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import blenders
+import build_extension
+import build_stubs
+import build_wheel
+import environments
+import reports
+import toolchain
+from reports import Report
+from workspace import BUILD, ROOT, status
+
+TESTS = ROOT / "tests"
+# The Python that is ours to check; the extension is typed under a name of its own, the wheel has the same.
+PYTHON_CODE = [ROOT / "addon", ROOT / "blend_fixtures", ROOT / "native", ROOT / "tests"]
+TYPED_ADDON = BUILD / "types" / "isochor_addon"
+# A hung Blender must not eat the whole run; the slowest leg takes a few minutes.
+LIMIT_S = 1500.0
+
+
+@dataclass(frozen=True)
+class Leg:
+    """One part of the tests, under the name that --only takes."""
+
+    name: str
+    title: str
+    run: Callable[[], Report]
+
+
+def rust_format() -> Report:
+    return reports.from_status(status([toolchain.cargo(), "fmt", "--all", "--check"]), "cargo fmt")
+
+
+def clippy() -> Report:
+    command = [toolchain.cargo(), "clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"]
+    return reports.from_status(status(command, _any_python()), "cargo clippy")
+
+
+def rust_tests() -> Report:
+    command = [toolchain.cargo(), "test", "--locked", "--no-fail-fast"]
+    return reports.from_cargo(*reports.echoed(command, {}, LIMIT_S))
+
+
+def stubs() -> Report:
+    changes = build_stubs.difference(build_stubs.generated())
+    print(changes or f"{build_stubs.COMMITTED.relative_to(ROOT)} is what the binding gives", flush=True)
+    return Report(0, 1, note="differ: run `make stubs`") if changes else Report(1, 0, note="up to date")
+
+
+def python_format() -> Report:
+    ruff = _tool("ruff")
+    check = reports.from_status(status([ruff, "check", *PYTHON_CODE]), "ruff check")
+    return _noted(check + reports.from_status(status([ruff, "format", "--check", *PYTHON_CODE]), ""), "ruff")
+
+
+def python_types() -> Report:
+    mypy = _tool("mypy")
+    TYPED_ADDON.parent.mkdir(parents=True, exist_ok=True)
+    TYPED_ADDON.unlink(missing_ok=True)
+    TYPED_ADDON.symlink_to(build_extension.SOURCE, target_is_directory=True)
+    library = status([mypy, ROOT / "native/python/python/isochor"])
+    tools = status([mypy, ROOT / "addon/tools"])
+    search = {"MYPYPATH": f"{ROOT / 'native/python/python'}:{TYPED_ADDON.parent}"}
+    addon = status([mypy, TYPED_ADDON / "core"], search)
+    return reports.from_status(library, "") + reports.from_status(tools, "") + reports.from_status(addon, "")
+
+
+def native_tests() -> Report:
+    python = environments.install_wheel("native", build_wheel.wheel())
+    return _pytest([str(python), "-m", "pytest", str(TESTS / "native")], "native", {})
+
+
+def blender_tests(blender: blenders.Blender) -> Report:
+    """The tests inside a Blender in which the built zip is installed."""
+    script = TESTS / "blender" / "run_in_blender.py"
+    command = blender.command(script, "--zip", build_extension.extension())
+    report = _pytest(command, blender.name.replace(" ", "-"), blender.isolation("test"))
+    return _noted(report, blender.name) if not report.note else report
+
+
+def all_legs() -> list[Leg]:
+    """Every leg in the order in which they are run: quick checks first."""
+    legs = [
+        Leg("rustfmt", "Rust is formatted", rust_format),
+        Leg("ruff", "Python is formatted and linted", python_format),
+        Leg("types", "Python types", python_types),
+        Leg("clippy", "Rust lints, warnings as errors", clippy),
+        Leg("rust", "Rust tests", rust_tests),
+        Leg("stubs", "The binding's stubs are the generated ones", stubs),
+        Leg("native", "The installed wheel, without Blender", native_tests),
+    ]
+    for version in blenders.WHEELS:
+        title = f"The installed extension in the bpy wheel for Python {version}"
+        legs.append(Leg(f"bpy-{version}", title, partial(_bpy_wheel, version)))
+    legs.append(Leg("blender", "The installed extension in a real Blender", _real_blender))
+    return legs
+
+
+def _bpy_wheel(version: str) -> Report:
+    return blender_tests(blenders.wheel(version))
+
+
+def _real_blender() -> Report:
+    return blender_tests(blenders.in_root())
+
+
+def _pytest(command: list[str], name: str, env: dict[str, str]) -> Report:
+    place = BUILD / "reports" / f"{name}.xml"
+    place.unlink(missing_ok=True)
+    found, _ = reports.echoed([*command, f"--junitxml={place}", "-p", "no:cacheprovider"], env, LIMIT_S)
+    return reports.from_junit(found, place)
+
+
+def _noted(report: Report, note: str) -> Report:
+    return Report(report.passed, report.failed, report.skipped, note)
+
+
+def _tool(name: str) -> Path:
+    return environments.python("tools").with_name(name)
+
+
+def _any_python() -> dict[str, str]:
+    """PyO3's build asks a Python for its version; the tools' own is there for certain."""
+    return {"PYO3_PYTHON": str(environments.python("tools"))}
