@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! Where the vertices stand in the lattice: parameters, sorted by cell into blocks of lanes.
+
+use std::ops::Range;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::basis::Span;
+use crate::lanes::{LANES, Lanes};
+use crate::lattice::Lattice;
+use crate::surface::ClosedSurface;
+use crate::vertices::{Outside, Scalar};
+
+/// Vertices of one task at least: enough work to hide what starting it costs, few enough that two hundred tasks share a
+/// mesh of a hundred thousand vertices evenly between cores.
+const TASK_VERTICES: usize = 512;
+
+/// Marks a slot without a vertex.
+const EMPTY: u32 = u32::MAX;
+
+/// Vertices embedded in a lattice, fixed until the vertices or the lattice change.
+///
+/// A *slot* is a place in the arrays sorted by cell; each cell starts a new block of [`LANES`] slots, so some are empty.
+#[derive(Debug, Clone)]
+pub(crate) struct Embedding {
+    pub(crate) tasks: Vec<Task>,
+    pub(crate) parameter: Vec<[Lanes; 3]>,
+    pub(crate) influence: Vec<Lanes>,
+    pub(crate) rest: [Vec<Lanes>; 3],
+    /// Slot of each vertex.
+    pub(crate) slot: Vec<u32>,
+    /// Vertex in each slot, or `EMPTY`.
+    vertex: Vec<u32>,
+    /// Number of vertices beyond the domain.
+    pub(crate) outside: usize,
+    /// Whether vertices lie beyond the lower and upper face of each axis.
+    pub(crate) beyond: [[bool; 2]; 3],
+}
+
+/// A run of blocks in one cell of the lattice.
+#[derive(Debug, Clone)]
+pub(crate) struct Task {
+    pub(crate) spans: [Span; 3],
+    pub(crate) first_point: [usize; 3],
+    pub(crate) blocks: Range<usize>,
+}
+
+impl Task {
+    /// Number of control points that act in the cell, along each axis.
+    pub(crate) fn taps(&self) -> [usize; 3] {
+        self.spans.each_ref().map(|span| span.degree() + 1)
+    }
+
+    /// Indices of the cell's control points in a lattice of `shape`, `k` fastest.
+    pub(crate) fn points(&self, shape: [usize; 3]) -> impl Iterator<Item = usize> + use<> {
+        let ([i0, j0, k0], [nu, nv, nw]) = (self.first_point, self.taps());
+        (0..nu).flat_map(move |i| {
+            (0..nv).flat_map(move |j| {
+                let row = ((i0 + i) * shape[1] + j0 + j) * shape[2] + k0;
+                row..row + nw
+            })
+        })
+    }
+}
+
+struct Located {
+    cell: [u16; 3],
+    parameter: [f64; 3],
+    influence: f64,
+    beyond: [[bool; 2]; 3],
+}
+
+impl Located {
+    fn new<T: Scalar>(lattice: &Lattice, point: DVec3, influence: f64, outside: Outside) -> Self {
+        let raw = lattice.parameter(point).to_array();
+        let (low, high) = (-T::FACE_TOLERANCE, 1.0 + T::FACE_TOLERANCE);
+        let beyond: [[bool; 2]; 3] = std::array::from_fn(|axis| {
+            // An axis with one control point has no faces: nothing changes along it.
+            let faces = lattice.axes()[axis].count() > 1;
+            [faces && raw[axis] < low, faces && raw[axis] > high]
+        });
+        let kept = outside == Outside::Keep && beyond.as_flattened().contains(&true);
+        let parameter = raw.map(|t| t.clamp(0.0, 1.0));
+        Self {
+            cell: std::array::from_fn(|axis| lattice.axes()[axis].cell(parameter[axis]) as u16),
+            parameter,
+            influence: if kept { 0.0 } else { influence },
+            beyond,
+        }
+    }
+}
+
+impl Embedding {
+    /// Embeds `vertices` (in the lattice's space; checked to be finite) with one influence each, or 1.
+    pub(crate) fn new<T: Scalar>(
+        lattice: &Lattice,
+        vertices: &[[T; 3]],
+        influence: Option<&[f64]>,
+        outside: Outside,
+    ) -> Self {
+        let point = |v: usize| DVec3::from_array(vertices[v].map(T::to_f64));
+        let located: Vec<Located> = (0..vertices.len())
+            .into_par_iter()
+            .map(|v| Located::new::<T>(lattice, point(v), influence.map_or(1.0, |all| all[v]), outside))
+            .collect();
+        let (tasks, slot, slots) = sort_by_cell(lattice, &located);
+        let mut vertex = vec![EMPTY; slots];
+        for (v, &s) in slot.iter().enumerate() {
+            vertex[s as usize] = v as u32;
+        }
+        let blocks = |pick: &(dyn Fn(usize) -> f64 + Sync), empty: f64| -> Vec<Lanes> {
+            vertex
+                .par_chunks_exact(LANES)
+                .map(|lanes| Lanes::from_fn(|l| if lanes[l] == EMPTY { empty } else { pick(lanes[l] as usize) }))
+                .collect()
+        };
+        let parameter = vertex
+            .par_chunks_exact(LANES)
+            .map(|lanes| {
+                // Empty lanes repeat the block's first vertex, whose parameters suit the cell.
+                let of = |l: usize| &located[(if lanes[l] == EMPTY { lanes[0] } else { lanes[l] }) as usize];
+                std::array::from_fn(|axis| Lanes::from_fn(|l| of(l).parameter[axis]))
+            })
+            .collect();
+        Self {
+            tasks,
+            parameter,
+            influence: blocks(&|v| located[v].influence, 0.0),
+            rest: std::array::from_fn(|axis| blocks(&|v| vertices[v][axis].to_f64(), 0.0)),
+            outside: located.iter().filter(|l| l.beyond.as_flattened().contains(&true)).count(),
+            beyond: std::array::from_fn(|axis| {
+                std::array::from_fn(|side| located.iter().any(|l| l.beyond[axis][side]))
+            }),
+            slot,
+            vertex,
+        }
+    }
+
+    /// Number of blocks.
+    pub(crate) fn blocks(&self) -> usize {
+        self.influence.len()
+    }
+
+    /// The surface's walks with slots for vertices, in slot order.
+    pub(crate) fn walks(&self, surface: &ClosedSurface) -> Walks {
+        let mut offsets = Vec::with_capacity(self.vertex.len() + 1);
+        let mut end = 0u32;
+        offsets.push(0);
+        for &v in &self.vertex {
+            end += if v == EMPTY { 0 } else { surface.around(v as usize).len() as u32 };
+            offsets.push(end);
+        }
+        let mut walk = vec![0u32; end as usize];
+        let runs = split(&mut walk, self.tasks.iter().map(|task| {
+            (offsets[task.blocks.end * LANES] - offsets[task.blocks.start * LANES]) as usize
+        }));
+        self.tasks.par_iter().zip(runs).for_each(|(task, run)| {
+            let vertices = self.vertex[task.blocks.start * LANES..task.blocks.end * LANES].iter();
+            let neighbours = vertices.filter(|&&v| v != EMPTY).flat_map(|&v| surface.around(v as usize));
+            run.iter_mut().zip(neighbours).for_each(|(to, &from)| *to = self.slot[from as usize]);
+        });
+        Walks { offsets, walk }
+    }
+}
+
+/// Closed walks of neighbours around every slot ([`ClosedSurface`]), as slots.
+#[derive(Debug, Clone)]
+pub(crate) struct Walks {
+    pub(crate) offsets: Vec<u32>,
+    pub(crate) walk: Vec<u32>,
+}
+
+/// Counting sort of the vertices by cell: tasks, the slot of each vertex, and the number of slots.
+fn sort_by_cell(lattice: &Lattice, located: &[Located]) -> (Vec<Task>, Vec<u32>, usize) {
+    let cells = lattice.axes().each_ref().map(|axis| axis.cells());
+    let flat = |cell: [u16; 3]| (cell[0] as usize * cells[1] + cell[1] as usize) * cells[2] + cell[2] as usize;
+    let mut count = vec![0usize; cells.iter().product()];
+    located.iter().for_each(|l| count[flat(l.cell)] += 1);
+
+    let taps: usize = lattice.axes().iter().map(|axis| axis.degree() + 1).product();
+    // A task's sums cost as much as a few vertices for each tap; more vertices keep that small.
+    let task_blocks = TASK_VERTICES.max(4 * taps).div_ceil(LANES);
+    let (mut tasks, mut start, mut block) = (Vec::new(), vec![0usize; count.len()], 0);
+    for (index, &vertices) in count.iter().enumerate() {
+        start[index] = block * LANES;
+        let end = block + vertices.div_ceil(LANES);
+        let cell = [index / (cells[1] * cells[2]), index / cells[2] % cells[1], index % cells[2]];
+        while block < end {
+            let next = end.min(block + task_blocks);
+            tasks.push(Task {
+                spans: std::array::from_fn(|axis| lattice.axes()[axis].span(cell[axis])),
+                first_point: std::array::from_fn(|axis| lattice.axes()[axis].first_point(cell[axis])),
+                blocks: block..next,
+            });
+            block = next;
+        }
+    }
+    let slot = located.iter().map(|l| {
+        let next = &mut start[flat(l.cell)];
+        *next += 1;
+        (*next - 1) as u32
+    });
+    (tasks, slot.collect(), block * LANES)
+}
+
+/// Cuts a slice into consecutive runs of the given lengths.
+pub(crate) fn split<T>(mut whole: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
+    lengths
+        .map(|length| {
+            let (run, rest) = std::mem::take(&mut whole).split_at_mut(length);
+            whole = rest;
+            run
+        })
+        .collect()
+}

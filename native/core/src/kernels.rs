@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! The loops over vertices: basis, deformation, gradient and coefficients, one cell of the lattice at a time.
+//!
+//! All vertices of a [`Cell`] see the same `taps[0] x taps[1] x taps[2]` control points, so those are copied next to
+//! each other once and every step is a small dense product with lanes over vertices.
+
+use glam::DMat3;
+
+use crate::basis::{MAX_POINTS, Span};
+use crate::lanes::{Kernel, Lanes, multiply_add};
+
+/// Coordinate arrays x, y, z of vertices in slot order.
+pub(crate) type Columns<'a> = [&'a [Lanes]; 3];
+
+/// What a run of vertices in one cell of the lattice shares, and their fixed data.
+#[derive(Clone, Copy)]
+pub(crate) struct Cell<'a> {
+    /// The knots around the cell along s, t, u.
+    pub(crate) spans: [&'a Span; 3],
+    /// Parameters s, t, u of the vertices.
+    pub(crate) parameter: &'a [[Lanes; 3]],
+    /// Influence of the lattice on the vertices; 0 in empty lanes.
+    pub(crate) influence: &'a [Lanes],
+}
+
+impl Cell<'_> {
+    /// Control points that act in the cell, along each axis.
+    pub(crate) fn taps(&self) -> [usize; 3] {
+        self.spans.map(|span| span.degree() + 1)
+    }
+
+    /// Basis functions along the three axes for one block of vertices, by the Cox-de Boor recurrence.
+    #[inline(always)]
+    fn weights<const FUSED: bool, const MAX: usize>(
+        &self,
+        taps: [usize; 3],
+        block: usize,
+        weights: &mut [[Lanes; MAX]; 3],
+    ) {
+        for axis in 0..3 {
+            let t = self.parameter[block][axis];
+            let steps = self.spans[axis].steps();
+            let weights = &mut weights[axis];
+            weights[0] = Lanes::splat(1.0);
+            let mut step = 0;
+            for order in 1..taps[axis] {
+                let mut carried = Lanes::ZERO;
+                for weight in weights[..order].iter_mut() {
+                    let [left, right, inverse] = steps[step];
+                    let part = weight.times(Lanes::splat(inverse));
+                    *weight = Lanes::from_fn(|l| multiply_add::<FUSED>(right - t.0[l], part.0[l], carried.0[l]));
+                    carried = Lanes::from_fn(|l| (t.0[l] - left) * part.0[l]);
+                    step += 1;
+                }
+                weights[order] = carried;
+            }
+        }
+    }
+}
+
+/// Chooses a body compiled for the cubic, by far the commonest, or one for any degree.
+macro_rules! by_taps {
+    ($self:ident . $body:ident) => {
+        match $self.cell.taps() {
+            [4, 4, 4] => $self.$body::<FUSED, 4>([4, 4, 4]),
+            taps => $self.$body::<FUSED, MAX_POINTS>(taps),
+        }
+    };
+}
+
+/// `out = M (rest + influence * B displacement)`: the deformation, equation (1), in displacement form.
+pub(crate) struct Deform<'a> {
+    pub(crate) cell: Cell<'a>,
+    /// The cell's control displacements, x y z interleaved.
+    pub(crate) displacement: &'a [f64],
+    pub(crate) rest: Columns<'a>,
+    /// Linear map to apply to the result, if any.
+    pub(crate) map: Option<DMat3>,
+    pub(crate) out: [&'a mut [Lanes]; 3],
+}
+
+impl Deform<'_> {
+    #[inline(always)]
+    fn body<const FUSED: bool, const MAX: usize>(self, taps: [usize; 3]) {
+        let [x, y, z] = self.out;
+        let mut weights = [[Lanes::ZERO; MAX]; 3];
+        for block in 0..self.cell.parameter.len() {
+            self.cell.weights::<FUSED, MAX>(taps, block, &mut weights);
+            let mut moved = [Lanes::ZERO; 3];
+            let mut at = 0;
+            for wu in &weights[0][..taps[0]] {
+                let mut plane = [Lanes::ZERO; 3];
+                for wv in &weights[1][..taps[1]] {
+                    let mut row = [Lanes::ZERO; 3];
+                    for ww in &weights[2][..taps[2]] {
+                        for c in 0..3 {
+                            row[c] = ww.multiply_add::<FUSED>(Lanes::splat(self.displacement[at + c]), row[c]);
+                        }
+                        at += 3;
+                    }
+                    for c in 0..3 {
+                        plane[c] = wv.multiply_add::<FUSED>(row[c], plane[c]);
+                    }
+                }
+                for c in 0..3 {
+                    moved[c] = wu.multiply_add::<FUSED>(plane[c], moved[c]);
+                }
+            }
+            let influence = self.cell.influence[block];
+            let mut point: [Lanes; 3] = std::array::from_fn(|c| {
+                influence.multiply_add::<FUSED>(moved[c], self.rest[c][block])
+            });
+            if let Some(map) = self.map {
+                point = transform(map, point);
+            }
+            [x[block], y[block], z[block]] = point;
+        }
+    }
+}
+
+impl Kernel for Deform<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        by_taps!(self.body);
+    }
+}
+
+#[inline(always)]
+fn transform(map: DMat3, point: [Lanes; 3]) -> [Lanes; 3] {
+    std::array::from_fn(|row| {
+        let m = [map.x_axis[row], map.y_axis[row], map.z_axis[row]];
+        Lanes::from_fn(|l| m[0] * point[0].0[l] + m[1] * point[1].0[l] + m[2] * point[2].0[l])
+    })
+}
+
+/// `coordinate += influence * B delta` for one coordinate: a step of the correction.
+pub(crate) struct Shift<'a> {
+    pub(crate) cell: Cell<'a>,
+    /// The cell's part of the step, one number per control point.
+    pub(crate) delta: &'a [f64],
+    pub(crate) coordinate: &'a mut [Lanes],
+}
+
+impl Shift<'_> {
+    #[inline(always)]
+    fn body<const FUSED: bool, const MAX: usize>(self, taps: [usize; 3]) {
+        let mut weights = [[Lanes::ZERO; MAX]; 3];
+        for (block, coordinate) in self.coordinate.iter_mut().enumerate() {
+            self.cell.weights::<FUSED, MAX>(taps, block, &mut weights);
+            let mut moved = Lanes::ZERO;
+            let mut at = 0;
+            for wu in &weights[0][..taps[0]] {
+                let mut plane = Lanes::ZERO;
+                for wv in &weights[1][..taps[1]] {
+                    let mut row = Lanes::ZERO;
+                    for ww in &weights[2][..taps[2]] {
+                        row = ww.multiply_add::<FUSED>(Lanes::splat(self.delta[at]), row);
+                        at += 1;
+                    }
+                    plane = wv.multiply_add::<FUSED>(row, plane);
+                }
+                moved = wu.multiply_add::<FUSED>(plane, moved);
+            }
+            *coordinate = self.cell.influence[block].multiply_add::<FUSED>(moved, *coordinate);
+        }
+    }
+}
+
+impl Kernel for Shift<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        by_taps!(self.body);
+    }
+}
+
+/// For one axis the gradient of the volume at the cell's vertices, taken through the basis to its control points: the
+/// cell's share of the paper's alpha, beta or gamma (10)-(12); and the cell's share of the volume.
+pub(crate) struct Reduce<'a> {
+    pub(crate) cell: Cell<'a>,
+    /// First slot of the run.
+    pub(crate) first_slot: usize,
+    /// For each slot of the run (and one more) where its walk starts in `walk`.
+    pub(crate) walk_offsets: &'a [u32],
+    /// Neighbours' slots, walk after walk.
+    pub(crate) walk: &'a [u32],
+    /// All slots' coordinates along the axis, and along the next two in cyclic order.
+    pub(crate) along: &'a [f64],
+    pub(crate) next: [&'a [f64]; 2],
+    /// Origin for the volume's sum along the axis.
+    pub(crate) middle: f64,
+}
+
+/// One cell's sums.
+pub(crate) struct Reduced {
+    /// `sum influence * B * gradient`, one number per control point of the cell.
+    pub(crate) coefficients: Vec<f64>,
+    /// `sum (coordinate - middle) * gradient`.
+    pub(crate) volume: f64,
+}
+
+impl Reduce<'_> {
+    /// `dV / d coordinate` of one vertex: the area that its walk of neighbours sweeps in the plane across the axis,
+    /// `sum (p_i - p) (q_i+1 - q_i-1) / 6`. Taking `p` off the first factor changes nothing and spares rounding.
+    #[inline(always)]
+    fn gradient<const FUSED: bool>(&self, slot: usize) -> f64 {
+        let local = slot - self.first_slot;
+        let walk = &self.walk[self.walk_offsets[local] as usize..self.walk_offsets[local + 1] as usize];
+        let [p, q] = self.next;
+        let (Some(&first), Some(&last)) = (walk.first(), walk.last()) else { return 0.0 };
+        let own = p[slot];
+        let (mut before, mut here, mut at) = (q[last as usize], q[first as usize], first);
+        let mut sum = 0.0;
+        for &neighbour in &walk[1..] {
+            let after = q[neighbour as usize];
+            sum = multiply_add::<FUSED>(p[at as usize] - own, after - before, sum);
+            (before, here, at) = (here, after, neighbour);
+        }
+        sum = multiply_add::<FUSED>(p[at as usize] - own, q[first as usize] - before, sum);
+        sum / 6.0
+    }
+
+    #[inline(always)]
+    fn body<const FUSED: bool, const MAX: usize>(self, taps: [usize; 3]) -> Reduced {
+        let mut weights = [[Lanes::ZERO; MAX]; 3];
+        let mut sums = vec![Lanes::ZERO; taps[0] * taps[1] * taps[2]];
+        let mut volume = Lanes::ZERO;
+        for block in 0..self.cell.parameter.len() {
+            let slot = self.first_slot + block * crate::lanes::LANES;
+            let gradient = Lanes::from_fn(|lane| self.gradient::<FUSED>(slot + lane));
+            let along = Lanes::from_fn(|lane| self.along[slot + lane] - self.middle);
+            volume = along.multiply_add::<FUSED>(gradient, volume);
+            self.cell.weights::<FUSED, MAX>(taps, block, &mut weights);
+            let pull = gradient.times(self.cell.influence[block]);
+            let mut at = 0;
+            for wu in &weights[0][..taps[0]] {
+                let plane = pull.times(*wu);
+                for wv in &weights[1][..taps[1]] {
+                    let row = plane.times(*wv);
+                    for ww in &weights[2][..taps[2]] {
+                        sums[at] = row.multiply_add::<FUSED>(*ww, sums[at]);
+                        at += 1;
+                    }
+                }
+            }
+        }
+        Reduced { coefficients: sums.into_iter().map(Lanes::sum).collect(), volume: volume.sum() }
+    }
+}
+
+impl Kernel for Reduce<'_> {
+    type Output = Reduced;
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> Reduced {
+        by_taps!(self.body)
+    }
+}

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! The lattice: an affine frame of space with a tensor-product spline basis over it.
+
+use glam::{DMat3, DVec3};
+
+use crate::basis::AxisBasis;
+use crate::error::{Error, Result};
+
+/// Parameters this close to a face of the domain count as on it, for float64 points: rounding puts a fitted box's own
+/// extreme vertices outside in most cases.
+pub const FACE_TOLERANCE: f64 = 1e-9;
+
+/// The same for float32 points, whose coordinates carry a relative rounding error of 6e-8.
+pub const FACE_TOLERANCE_F32: f64 = 1e-6;
+
+/// A frame is refused where its volume is smaller than this fraction of the product of its edge lengths: its inverse
+/// would lose more than twelve of float64's sixteen digits.
+const FLAT_FRAME: f64 = 1e-12;
+
+/// A free-form deformation lattice (Sederberg & Parry; Hoff): a domain, the image of `[0, 1]^3` under an affine map, and one
+/// basis per axis. Control points are `[i, j, k]` along `s, t, u`, stored with `k` fastest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lattice {
+    axes: [AxisBasis; 3],
+    origin: DVec3,
+    edges: DMat3,
+    inverse: DMat3,
+}
+
+impl Lattice {
+    /// A lattice over the box with corner `origin` and edge vectors `edges` (columns; any affine frame, either
+    /// handedness), in the space of the points to deform.
+    ///
+    /// # Errors
+    /// [`Error::Lattice`] where the frame is not finite or encloses no space.
+    pub fn new(axes: [AxisBasis; 3], origin: DVec3, edges: DMat3) -> Result<Self> {
+        if !origin.is_finite() || !edges.is_finite() {
+            return Err(Error::Lattice("lattice frame: found NaN or infinity, expected finite numbers".into()));
+        }
+        let lengths = [edges.x_axis.length(), edges.y_axis.length(), edges.z_axis.length()];
+        if let Some(axis) = lengths.iter().position(|&length| length == 0.0) {
+            return Err(Error::Lattice(format!(
+                "lattice frame: edge {} has length 0, expected a box with three extents; scale the lattice up on that axis",
+                ["s", "t", "u"][axis]
+            )));
+        }
+        let unit = DMat3::from_cols(edges.x_axis / lengths[0], edges.y_axis / lengths[1], edges.z_axis / lengths[2]);
+        if !(unit.determinant().abs() > FLAT_FRAME) {
+            return Err(Error::Lattice(format!(
+                "lattice frame: the edges {:?}, {:?}, {:?} lie in one plane, expected three independent directions",
+                edges.x_axis.to_array(),
+                edges.y_axis.to_array(),
+                edges.z_axis.to_array()
+            )));
+        }
+        let lengths = DMat3::from_diagonal(DVec3::from_array(lengths).recip());
+        Ok(Self { axes, origin, edges, inverse: lengths * unit.inverse() })
+    }
+
+    /// A lattice over the axis-aligned box of `points`, widened by `margin` times its size on every side. An axis along
+    /// which the points are flat gets the largest extent (1 for a single point), centred on them.
+    ///
+    /// # Errors
+    /// [`Error::Lattice`] without points, with non-finite points, or with a margin that leaves no box.
+    pub fn around(axes: [AxisBasis; 3], points: &[DVec3], margin: f64) -> Result<Self> {
+        if points.is_empty() {
+            return Err(Error::Lattice("points: found none, expected at least one to put a lattice around".into()));
+        }
+        if let Some(i) = points.iter().position(|p| !p.is_finite()) {
+            return Err(Error::Lattice(format!("points: found NaN or infinity at index {i}, expected finite numbers")));
+        }
+        if !(margin.is_finite() && margin > -0.5) {
+            return Err(Error::Lattice(format!(
+                "margin: found {margin}, expected a finite fraction of the box's size above -0.5"
+            )));
+        }
+        let (low, high) = bounds(points);
+        let size = high - low;
+        let largest = if size.max_element() > 0.0 { size.max_element() } else { 1.0 };
+        let flat = size.cmple(DVec3::splat(largest * FLAT_FRAME));
+        let size = DVec3::select(flat, DVec3::splat(largest), size);
+        let origin = DVec3::select(flat, (low + high - size) * 0.5, low) - size * margin;
+        Self::new(axes, origin, DMat3::from_diagonal(size * (1.0 + 2.0 * margin)))
+    }
+
+    /// The bases along s, t and u.
+    pub fn axes(&self) -> &[AxisBasis; 3] {
+        &self.axes
+    }
+
+    /// Corner of the domain at parameters (0, 0, 0).
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// Edge vectors of the domain, as columns.
+    pub fn edges(&self) -> DMat3 {
+        self.edges
+    }
+
+    /// Middle of the domain.
+    pub fn centre(&self) -> DVec3 {
+        self.origin + self.edges * DVec3::splat(0.5)
+    }
+
+    /// Number of control points along s, t, u.
+    pub fn shape(&self) -> [usize; 3] {
+        [self.axes[0].count(), self.axes[1].count(), self.axes[2].count()]
+    }
+
+    /// Number of control points.
+    pub fn len(&self) -> usize {
+        self.shape().iter().product()
+    }
+
+    /// Never: a lattice has at least one control point.
+    pub fn is_empty(&self) -> bool {
+        false
+    }
+
+    /// Control points at rest, `k` fastest: at the Greville abscissae, where the lattice is the identity map (linear
+    /// precision).
+    pub fn rest(&self) -> Vec<DVec3> {
+        let [s, t, u] = self.axes.each_ref().map(|axis| (0..axis.count()).map(|i| axis.greville(i)).collect::<Vec<_>>());
+        let mut points = Vec::with_capacity(self.len());
+        for &si in &s {
+            for &tj in &t {
+                points.extend(u.iter().map(|&uk| self.point(DVec3::new(si, tj, uk))));
+            }
+        }
+        points
+    }
+
+    /// The undeformed point at parameters `(s, t, u)`.
+    pub fn point(&self, parameter: DVec3) -> DVec3 {
+        self.origin + self.edges * parameter
+    }
+
+    /// Parameters `(s, t, u)` of a point, by projection on the frame; inside the domain they lie in `[0, 1]`.
+    pub fn parameter(&self, point: DVec3) -> DVec3 {
+        self.inverse * (point - self.origin)
+    }
+
+    /// `rest + displacement` at parameters: `point(p) + sum B(clamp p) (control - rest)`, in float64. Inside the domain this
+    /// is the paper's equation (1); beyond it, points follow the nearest point of the domain. The same displacement form
+    /// keeps an axis with a single control point at its full thickness.
+    ///
+    /// # Errors
+    /// [`Error::Lattice`] for a control array of another length or with a non-finite entry, or non-finite parameters.
+    pub fn evaluate(&self, parameters: &[DVec3], control: &[DVec3]) -> Result<Vec<DVec3>> {
+        use rayon::prelude::*;
+        let displacement = self.displacement(control)?;
+        if let Some(i) = parameters.iter().position(|p| !p.is_finite()) {
+            return Err(Error::Lattice(format!(
+                "parameters: found NaN or infinity at index {i}, expected finite numbers"
+            )));
+        }
+        Ok(parameters.par_iter().map(|&p| self.point(p) + self.interpolate(&displacement, p)).collect())
+    }
+
+    /// `control - rest`, after checking `control`.
+    pub(crate) fn displacement(&self, control: &[DVec3]) -> Result<Vec<DVec3>> {
+        if control.len() != self.len() {
+            return Err(Error::Lattice(format!(
+                "control: found {} points, expected {} for a lattice of shape {:?}",
+                control.len(),
+                self.len(),
+                self.shape()
+            )));
+        }
+        if let Some(i) = control.iter().position(|p| !p.is_finite()) {
+            let [_, nv, nw] = self.shape();
+            return Err(Error::Lattice(format!(
+                "control: found NaN or infinity at [{}, {}, {}], expected finite numbers",
+                i / (nv * nw),
+                i / nw % nv,
+                i % nw
+            )));
+        }
+        Ok(control.iter().zip(self.rest()).map(|(p, rest)| p - rest).collect())
+    }
+
+    fn interpolate(&self, values: &[DVec3], parameter: DVec3) -> DVec3 {
+        let [_, nv, nw] = self.shape();
+        let clamped = parameter.clamp(DVec3::ZERO, DVec3::ONE).to_array();
+        let taps: [(usize, Vec<f64>); 3] = std::array::from_fn(|axis| {
+            let basis = &self.axes[axis];
+            let cell = basis.cell(clamped[axis]);
+            let mut weights = vec![0.0; basis.degree() + 1];
+            basis.span(cell).evaluate(clamped[axis], &mut weights);
+            (basis.first_point(cell), weights)
+        });
+        let [(i0, wu), (j0, wv), (k0, ww)] = &taps;
+        let mut sum = DVec3::ZERO;
+        for (i, &a) in wu.iter().enumerate() {
+            for (j, &b) in wv.iter().enumerate() {
+                let row = ((i0 + i) * nv + j0 + j) * nw + k0;
+                let inner = values[row..].iter().zip(ww).fold(DVec3::ZERO, |acc, (&p, &c)| acc + p * c);
+                sum += inner * (a * b);
+            }
+        }
+        sum
+    }
+}
+
+/// Corners of the axis-aligned box of `points`; an inverted box without points.
+pub(crate) fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
+    points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)))
+}

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! Free-form deformation with exact volume.
+//!
+//! A [`Lattice`] is a spline over a box of space. A mesh is bound to it once ([`Binding`]); then control points come in and
+//! vertices go out ([`Binding::deform`]), with the mesh's volume kept if wanted ([`Binding::preserve`]), by the closed form
+//! of Hahmann, Bonneau, Barbier, Elber and Hagen (2012).
+//!
+//! Everything here is float64, runs on all cores, and gives the same bits on any number of them. No Python, no GPU, no
+//! files.
+
+mod basis;
+mod binding;
+mod embedding;
+mod error;
+mod kernels;
+mod lanes;
+mod lattice;
+mod preserve;
+mod sum;
+mod surface;
+mod vertices;
+
+pub use basis::{AxisBasis, MAX_POINTS, Span};
+pub use binding::Binding;
+pub use error::{Error, Result};
+pub use glam::{DMat3, DVec3};
+pub use lattice::{FACE_TOLERANCE, FACE_TOLERANCE_F32, Lattice};
+pub use preserve::{Method, Preserve, Preserved};
+pub use surface::{ClosedSurface, Measure};
+pub use vertices::{Outside, Scalar};

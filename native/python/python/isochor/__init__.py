@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Free-form deformation that keeps the volume, exactly.
+
+Bind a mesh to a :class:`Lattice`, move the control points, and get the deformed vertices with the volume of the mesh as
+it was (:meth:`Binding.preserve`). The method is that of Hahmann, Bonneau, Barbier, Elber and Hagen, *Volume-preserving FFD
+for programmable graphics hardware* (2012).
+"""
+
+from ._native import Binding, Device, Lattice, Preserved, __version__, devices
+from .errors import DeviceError, Error, LatticeError, MeshError, PinError, UnknownDeviceError, VolumeError
+
+__all__ = [
+    "Binding",
+    "Device",
+    "DeviceError",
+    "Error",
+    "Lattice",
+    "LatticeError",
+    "MeshError",
+    "PinError",
+    "Preserved",
+    "UnknownDeviceError",
+    "VolumeError",
+    "__version__",
+    "devices",
+]

@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! `isochor.Binding`.
+
+use std::sync::{Arc, PoisonError, RwLock};
+
+use isochor_core::{Binding as Core, Lattice as CoreLattice, Measure, Outside, Preserve};
+use numpy::{Element, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::arrays::{Argument, ArrayLike, NdArray, Numbers, OfVertices, converted};
+use crate::errors::{DeviceError, PinError, to_python};
+use crate::lattice::Lattice;
+use crate::preserved::Preserved;
+use crate::words::{DeviceWord, MethodWord};
+
+/// A binding of the core for either precision, shared with the results that measure on it.
+pub(crate) type Shared = Arc<RwLock<Precise>>;
+
+/// The core's binding by the type of the vertices.
+pub(crate) enum Precise {
+    Single(Core<f32>),
+    Double(Core<f64>),
+}
+
+macro_rules! either {
+    ($precise:expr, $core:ident => $value:expr) => {
+        match $precise {
+            Precise::Single($core) => $value,
+            Precise::Double($core) => $value,
+        }
+    };
+}
+
+/// A mesh embedded in a lattice, made by `Lattice.bind`. May be used from several threads.
+#[pyclass(frozen, module = "isochor")]
+pub(crate) struct Binding {
+    shared: Shared,
+    vertex_count: usize,
+}
+
+/// Vertices (V, 3) of either precision as they came in.
+enum VertexRows {
+    Single(Vec<[f32; 3]>),
+    Double(Vec<[f64; 3]>),
+}
+
+impl VertexRows {
+    fn extract(object: &ArrayLike<'_>) -> PyResult<Self> {
+        let argument = Argument::mesh("vertices");
+        let array = argument.array(object, Numbers::Floats, &[None, Some(3)])?;
+        match array.dtype().to_string().as_str() {
+            "float32" => Ok(Self::Single(rows(converted(&array, "float32")?))),
+            "float64" => Ok(Self::Double(rows(converted(&array, "float64")?))),
+            other => Err(argument.error(format!("found dtype {other}, expected float32 or float64"))),
+        }
+    }
+}
+
+impl Binding {
+    pub(crate) fn new(
+        py: Python<'_>,
+        lattice: &CoreLattice,
+        vertices: ArrayLike<'_>,
+        triangles: Option<ArrayLike<'_>>,
+        device: DeviceWord,
+        outside: Outside,
+        influence: Option<ArrayLike<'_>>,
+    ) -> PyResult<Self> {
+        if device == DeviceWord::Gpu {
+            return Err(DeviceError::new_err(
+                "device: found \"gpu\", but this build computes on the CPU only; use \"cpu\" or \"auto\"",
+            ));
+        }
+        let vertices = VertexRows::extract(&vertices)?;
+        let triangles = triangles.map_or(Ok(Vec::new()), |triangles| indices(&triangles))?;
+        let influence = influence.map(|influence| influences(&influence)).transpose()?;
+        let lattice = lattice.clone();
+        let bound = py.detach(|| match vertices {
+            VertexRows::Single(rows) => {
+                Core::new(lattice, rows, triangles, influence, outside).map(Precise::Single)
+            }
+            VertexRows::Double(rows) => {
+                Core::new(lattice, rows, triangles, influence, outside).map(Precise::Double)
+            }
+        });
+        let bound = bound.map_err(to_python)?;
+        let vertex_count = either!(&bound, core => core.vertices().len());
+        Ok(Self { shared: Arc::new(RwLock::new(bound)), vertex_count })
+    }
+
+    /// Leaves the interpreter and reads the binding.
+    fn read<R: Send>(&self, py: Python<'_>, f: impl FnOnce(&Precise) -> R + Send) -> R {
+        py.detach(|| f(&self.shared.read().unwrap_or_else(PoisonError::into_inner)))
+    }
+
+    fn shape(&self, py: Python<'_>) -> [usize; 3] {
+        self.read(py, |precise| either!(precise, core => core.lattice().shape()))
+    }
+
+    /// Runs `f` on room for the vertices, in their type, and returns the array with what `f` returned.
+    fn with_output<'py, R: Send>(
+        &self,
+        py: Python<'py>,
+        single: impl FnOnce(&Core<f32>, &mut [[f32; 3]]) -> isochor_core::Result<R> + Send,
+        double: impl FnOnce(&Core<f64>, &mut [[f64; 3]]) -> isochor_core::Result<R> + Send,
+    ) -> PyResult<(Bound<'py, PyUntypedArray>, R)> {
+        let is_single = self.read(py, |precise| matches!(precise, Precise::Single(_)));
+        if is_single {
+            self.filled(py, |precise, out| match precise {
+                Precise::Single(core) => single(core, out),
+                Precise::Double(_) => Err(changed_precision()),
+            })
+        } else {
+            self.filled(py, |precise, out| match precise {
+                Precise::Double(core) => double(core, out),
+                Precise::Single(_) => Err(changed_precision()),
+            })
+        }
+    }
+
+    fn filled<'py, T: Element + Copy, R: Send>(
+        &self,
+        py: Python<'py>,
+        f: impl FnOnce(&Precise, &mut [[T; 3]]) -> isochor_core::Result<R> + Send,
+    ) -> PyResult<(Bound<'py, PyUntypedArray>, R)> {
+        let array = PyArray2::<T>::zeros(py, [self.vertex_count, 3], false);
+        let mut writable = array.readwrite();
+        let out = writable.as_slice_mut()?.as_chunks_mut().0;
+        let result = self.read(py, |precise| f(precise, out)).map_err(to_python)?;
+        drop(writable);
+        Ok((array.as_untyped().clone(), result))
+    }
+}
+
+#[pymethods]
+impl Binding {
+    /// Embeds anew what is given and keeps the rest: vertices (V, 3) of the same mesh in new positions, another lattice,
+    /// another influence (V,). Cheaper than a new bind, for the topology is not looked at again. Raises MeshError, and then
+    /// leaves the binding as it was.
+    #[pyo3(signature = (vertices=None, lattice=None, influence=None))]
+    fn update(
+        &self,
+        py: Python<'_>,
+        vertices: Option<ArrayLike<'_>>,
+        lattice: Option<PyRef<'_, Lattice>>,
+        influence: Option<ArrayLike<'_>>,
+    ) -> PyResult<()> {
+        let vertices = vertices.map(|vertices| VertexRows::extract(&vertices)).transpose()?;
+        let influence = influence.map(|influence| influences(&influence)).transpose()?;
+        let lattice = lattice.map(|lattice| lattice.core.clone());
+        py.detach(|| {
+            let mut precise = self.shared.write().unwrap_or_else(PoisonError::into_inner);
+            match (&mut *precise, vertices) {
+                (Precise::Single(core), Some(VertexRows::Single(rows))) => core.update(Some(rows), lattice, influence),
+                (Precise::Double(core), Some(VertexRows::Double(rows))) => core.update(Some(rows), lattice, influence),
+                (Precise::Single(core), None) => core.update(None, lattice, influence),
+                (Precise::Double(core), None) => core.update(None, lattice, influence),
+                _ => Err(changed_precision()),
+            }
+        })
+        .map_err(to_python)
+    }
+
+    /// Deforms: vertices (V, 3), in the type of those bound, that control points (nu, nv, nw, 3) give: equation (1) of the
+    /// volume paper. Raises LatticeError.
+    fn deform<'py>(&self, py: Python<'py>, control: ArrayLike<'py>) -> PyResult<NdArray<'py, OfVertices>> {
+        let control = Argument::lattice("control").control(&control, self.shape(py))?;
+        let (array, ()) =
+            self.with_output(py, |core, out| core.deform(&control, out), |core, out| core.deform(&control, out))?;
+        Ok(NdArray::of(array))
+    }
+
+    /// Signed volume of the mesh deformed by control points (nu, nv, nw, 3), in float64 before any rounding to float32;
+    /// positive where the triangles wind counter-clockwise seen from outside. Equation (5). Raises MeshError where the
+    /// triangles enclose no volume.
+    fn volume(&self, py: Python<'_>, control: ArrayLike<'_>) -> PyResult<f64> {
+        let control = Argument::lattice("control").control(&control, self.shape(py))?;
+        self.read(py, |precise| either!(precise, core => core.volume(&control))).map_err(to_python)
+    }
+
+    /// Signed volume of the mesh as bound. Raises MeshError where the triangles enclose no volume.
+    #[getter]
+    fn reference_volume(&self, py: Python<'_>) -> PyResult<f64> {
+        let measure = self.read(py, |precise| either!(precise, core => core.reference()));
+        Ok(measure.map_err(to_python)?.volume)
+    }
+
+    /// Number of vertices beyond the lattice's domain.
+    #[getter]
+    fn outside_count(&self, py: Python<'_>) -> usize {
+        self.read(py, |precise| either!(precise, core => core.outside_count()))
+    }
+
+    /// What computes: "cpu".
+    #[getter]
+    fn device(&self) -> &'static str {
+        "cpu"
+    }
+
+    /// Deforms and corrects the control points so that the volume is the target, exactly: Problem 1 of the volume paper,
+    /// equations (13)-(17).
+    ///
+    /// control (nu, nv, nw, 3): the control points asked for.
+    /// axes: shares of x, y, z in the correction, not negative, normalised; an axis with share 0 is not touched.
+    /// frame (3, 3) rows: the directions that "axes" means; None for the coordinate axes.
+    /// method: "balanced" (geometric steps; keeps round things round; falls back to "sweep" where the volume changes sign)
+    /// or "sweep" (the paper's).
+    /// weights (nu, nv, nw): positive; large keeps a control point, inf freezes it (Remark 2).
+    /// pins: must be None; direct manipulation is not available.
+    /// target: the volume to reach; None for reference_volume.
+    /// amount: 0 leaves the volume as deformed, 1 reaches the target.
+    ///
+    /// Raises VolumeError, LatticeError, MeshError.
+    #[pyo3(signature = (control, axes=None, frame=None, method=MethodWord(isochor_core::Method::Balanced), weights=None, pins=None, target=None, amount=1.0))]
+    #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
+    fn preserve(
+        &self,
+        py: Python<'_>,
+        control: ArrayLike<'_>,
+        axes: Option<ArrayLike<'_>>,
+        frame: Option<ArrayLike<'_>>,
+        method: MethodWord,
+        weights: Option<ArrayLike<'_>>,
+        pins: Option<ArrayLike<'_>>,
+        target: Option<f64>,
+        amount: f64,
+    ) -> PyResult<Preserved> {
+        if pins.is_some() {
+            return Err(PinError::new_err("pins: found some, expected None; pins are not available in this version"));
+        }
+        let shape = self.shape(py);
+        let control = Argument::lattice("control").control(&control, shape)?;
+        let options = Preserve {
+            axes: axes.map_or(Ok([1.0; 3]), |axes| Argument::volume("axes").vector(&axes).map(|a| a.to_array()))?,
+            frame: frame.map(|frame| Argument::volume("frame").rows(&frame)).transpose()?,
+            method: method.0,
+            weights: weights.map(|weights| point_weights(&weights, shape)).transpose()?,
+            target,
+            amount,
+        };
+        let (vertices, outcome) = self.with_output(
+            py,
+            |core, out| core.preserve(&control, &options, out),
+            |core, out| core.preserve(&control, &options, out),
+        )?;
+        Preserved::new(py, Arc::clone(&self.shared), vertices, &outcome, shape)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let shape = self.shape(py);
+        format!("Binding(vertices={}, lattice={shape:?}, device=\"cpu\")", self.vertex_count)
+    }
+}
+
+/// Measures vertices of a result on the binding's triangles.
+pub(crate) fn measure(py: Python<'_>, shared: &Shared, vertices: &Bound<'_, PyUntypedArray>) -> PyResult<Measure> {
+    if let Ok(array) = vertices.cast::<PyArrayDyn<f32>>() {
+        let rows = rows(array.readonly().as_slice()?.to_vec());
+        return measured(py, shared, |precise| match precise {
+            Precise::Single(core) => core.measure(&rows),
+            Precise::Double(_) => Err(changed_precision()),
+        });
+    }
+    let rows = rows(vertices.cast::<PyArrayDyn<f64>>()?.readonly().as_slice()?.to_vec());
+    measured(py, shared, |precise| match precise {
+        Precise::Double(core) => core.measure(&rows),
+        Precise::Single(_) => Err(changed_precision()),
+    })
+}
+
+fn measured(
+    py: Python<'_>,
+    shared: &Shared,
+    f: impl FnOnce(&Precise) -> isochor_core::Result<Measure> + Send,
+) -> PyResult<Measure> {
+    py.detach(|| f(&shared.read().unwrap_or_else(PoisonError::into_inner))).map_err(to_python)
+}
+
+fn rows<T: Copy>(flat: Vec<T>) -> Vec<[T; 3]> {
+    flat.as_chunks().0.to_vec()
+}
+
+fn changed_precision() -> isochor_core::Error {
+    isochor_core::Error::Mesh("vertices: found another float type than was bound, expected the same; convert them".into())
+}
+
+/// Triangles (F, 3) of any integer type.
+fn indices(object: &ArrayLike<'_>) -> PyResult<Vec<[u32; 3]>> {
+    let argument = Argument::mesh("triangles");
+    let array = argument.array(object, Numbers::Integers, &[None, Some(3)])?;
+    let wide: Vec<i64> = converted(&array, "int64")?;
+    let out_of_range = |&index: &i64| u32::try_from(index).is_err();
+    if let Some(at) = wide.iter().position(out_of_range) {
+        let count = wide.iter().filter(|i| out_of_range(i)).count();
+        return Err(argument.error(format!(
+            "{count} indices are out of range, the first is {} in triangle {}; expected indices of vertices",
+            wide[at],
+            at / 3
+        )));
+    }
+    Ok(rows(wide.into_iter().map(|index| index as u32).collect()))
+}
+
+fn influences(object: &ArrayLike<'_>) -> PyResult<Vec<f64>> {
+    Argument::mesh("influence").floats(object, Numbers::FloatsOrIntegers, &[None])
+}
+
+fn point_weights(object: &ArrayLike<'_>, shape: [usize; 3]) -> PyResult<Vec<f64>> {
+    Argument::lattice("weights").floats(object, Numbers::FloatsOrIntegers, &shape.map(Some))
+}

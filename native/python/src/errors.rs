@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! The core's errors as Python exceptions.
+
+use pyo3::PyErr;
+
+pyo3::import_exception!(isochor.errors, LatticeError);
+pyo3::import_exception!(isochor.errors, MeshError);
+pyo3::import_exception!(isochor.errors, VolumeError);
+pyo3::import_exception!(isochor.errors, PinError);
+pyo3::import_exception!(isochor.errors, DeviceError);
+pyo3::import_exception!(isochor.errors, UnknownDeviceError);
+
+/// The family of the exception to raise about an argument.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Family {
+    Lattice,
+    Mesh,
+    Volume,
+}
+
+impl Family {
+    pub(crate) fn error(self, message: String) -> PyErr {
+        match self {
+            Self::Lattice => LatticeError::new_err(message),
+            Self::Mesh => MeshError::new_err(message),
+            Self::Volume => VolumeError::new_err(message),
+        }
+    }
+}
+
+/// The Python exception for an error of the core.
+pub(crate) fn to_python(error: isochor_core::Error) -> PyErr {
+    match error {
+        isochor_core::Error::Lattice(message) => LatticeError::new_err(message),
+        isochor_core::Error::Mesh(message) => MeshError::new_err(message),
+        isochor_core::Error::Volume(message) => VolumeError::new_err(message),
+    }
+}

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! `isochor.Lattice`.
+
+use isochor_core::{AxisBasis, DMat3, Lattice as Core, Outside};
+use pyo3::prelude::*;
+
+use crate::arrays::{Argument, ArrayLike, NdArray, Numbers};
+use crate::binding::Binding;
+use crate::errors::to_python;
+use crate::words::{BasisWord, DeviceWord, KnotsWord, OutsideWord};
+
+/// A free-form deformation lattice: a box of space, or its image under an affine map, with a spline over it.
+///
+/// shape: number of control points (nu, nv, nw) along s, t, u; 1 to 64 each, 1 for an axis that does not deform.
+/// basis: "bernstein" (degree = points - 1 on each axis) or "bspline".
+/// degree: of a B-spline, one number or three; 3 if not given.
+/// knots: of a B-spline. "uniform" (the volume paper's): control points evenly spaced, (degree - 1) / 2 layers of them outside
+/// the domain; "clamped": the outer layers stand on the domain's faces; or three non-decreasing arrays of points + degree + 1.
+/// origin (3,), edges (3, 3) rows: the domain's corner and edge vectors, in the space of the points to deform; there (s, t, u)
+/// runs over [0, 1]^3.
+/// weights: must be None; rational lattices are not available.
+///
+/// Raises LatticeError. See Sederberg, CAGD, chapter 14, and Hoff, "Free-form deformation of point sets".
+#[pyclass(frozen, module = "isochor")]
+pub(crate) struct Lattice {
+    pub(crate) core: Core,
+    basis: BasisWord,
+}
+
+#[pymethods]
+impl Lattice {
+    #[new]
+    #[pyo3(signature = (shape=None, basis=BasisWord::Bernstein, degree=None, knots=KnotsWord::Uniform, origin=None, edges=None, weights=None))]
+    fn new(
+        shape: Option<ArrayLike<'_>>,
+        basis: BasisWord,
+        degree: Option<ArrayLike<'_>>,
+        knots: KnotsWord<'_>,
+        origin: Option<ArrayLike<'_>>,
+        edges: Option<ArrayLike<'_>>,
+        weights: Option<ArrayLike<'_>>,
+    ) -> PyResult<Self> {
+        if weights.is_some() {
+            return Err(Argument::lattice("weights")
+                .error("found an array, expected None; rational lattices are not available in this version"));
+        }
+        let axes = axes(shape, basis, degree, knots)?;
+        let origin = origin.map_or(Ok(isochor_core::DVec3::ZERO), |o| Argument::lattice("origin").vector(&o))?;
+        let edges = match edges {
+            Some(edges) => {
+                let [s, t, u] = Argument::lattice("edges").rows(&edges)?;
+                DMat3::from_cols(s, t, u)
+            }
+            None => DMat3::IDENTITY,
+        };
+        Ok(Self { core: Core::new(axes, origin, edges).map_err(to_python)?, basis })
+    }
+
+    /// A lattice whose domain is the axis-aligned box of points (V, 3), widened by `margin` times its size on every side.
+    /// Where the points are flat the box gets their largest extent. Raises LatticeError.
+    #[staticmethod]
+    #[pyo3(signature = (vertices, shape=None, basis=BasisWord::Bernstein, margin=0.0, degree=None, knots=KnotsWord::Uniform))]
+    fn around(
+        vertices: ArrayLike<'_>,
+        shape: Option<ArrayLike<'_>>,
+        basis: BasisWord,
+        margin: f64,
+        degree: Option<ArrayLike<'_>>,
+        knots: KnotsWord<'_>,
+    ) -> PyResult<Self> {
+        let axes = axes(shape, basis, degree, knots)?;
+        let points = Argument::lattice("vertices").points(&vertices, Numbers::FloatsOrIntegers)?;
+        Ok(Self { core: Core::around(axes, &points, margin).map_err(to_python)?, basis })
+    }
+
+    /// Number of control points along s, t, u.
+    #[getter]
+    fn shape(&self) -> (usize, usize, usize) {
+        self.core.shape().into()
+    }
+
+    /// Polynomial degree along s, t, u.
+    #[getter]
+    fn degree(&self) -> (usize, usize, usize) {
+        self.core.axes().each_ref().map(AxisBasis::degree).into()
+    }
+
+    /// "bernstein" or "bspline".
+    #[getter]
+    fn basis(&self) -> &'static str {
+        match self.basis {
+            BasisWord::Bernstein => "bernstein",
+            BasisWord::BSpline => "bspline",
+        }
+    }
+
+    /// Corner of the domain, float64 (3,).
+    #[getter]
+    fn origin<'py>(&self, py: Python<'py>) -> PyResult<NdArray<'py, f64>> {
+        NdArray::points(py, &[self.core.origin()], &[3])
+    }
+
+    /// Edge vectors of the domain as rows, float64 (3, 3).
+    #[getter]
+    fn edges<'py>(&self, py: Python<'py>) -> PyResult<NdArray<'py, f64>> {
+        let edges = self.core.edges();
+        NdArray::points(py, &[edges.x_axis, edges.y_axis, edges.z_axis], &[3, 3])
+    }
+
+    /// Control points at rest, float64 (nu, nv, nw, 3), index [i, j, k] along s, t, u: there the lattice is the identity map.
+    #[getter]
+    fn rest<'py>(&self, py: Python<'py>) -> PyResult<NdArray<'py, f64>> {
+        let [nu, nv, nw] = self.core.shape();
+        NdArray::points(py, &self.core.rest(), &[nu, nv, nw, 3])
+    }
+
+    /// Parameters (s, t, u) of points (V, 3), float64 (V, 3); in [0, 1] inside the domain.
+    fn parameters<'py>(&self, py: Python<'py>, points: ArrayLike<'py>) -> PyResult<NdArray<'py, f64>> {
+        let points = Argument::mesh("points").points(&points, Numbers::FloatsOrIntegers)?;
+        let parameters: Vec<_> = py.detach(|| points.iter().map(|&p| self.core.parameter(p)).collect());
+        NdArray::points(py, &parameters, &[parameters.len(), 3])
+    }
+
+    /// Positions, float64 (V, 3), that control points (nu, nv, nw, 3) give to parameters (V, 3): equation (1) of the volume
+    /// paper. Parameters outside [0, 1] follow the nearest ones inside. Raises LatticeError.
+    fn evaluate<'py>(
+        &self,
+        py: Python<'py>,
+        parameters: ArrayLike<'py>,
+        control: ArrayLike<'py>,
+    ) -> PyResult<NdArray<'py, f64>> {
+        let parameters = Argument::lattice("parameters").points(&parameters, Numbers::FloatsOrIntegers)?;
+        let control = Argument::lattice("control").control(&control, self.core.shape())?;
+        let points = py.detach(|| self.core.evaluate(&parameters, &control)).map_err(to_python)?;
+        NdArray::points(py, &points, &[points.len(), 3])
+    }
+
+    /// Embeds a mesh: everything that stays fixed while the control points move is computed here.
+    ///
+    /// vertices (V, 3) float32 or float64, in the lattice's space; results have the same type.
+    /// triangles (F, 3) integers, or None; only volumes need them, and then they must form a closed surface.
+    /// device: "auto", "cpu" or "gpu".
+    /// outside: vertices beyond the domain stay ("keep", and the correction holds the layers of control points that act on
+    /// that face) or move with the nearest point of the domain ("extend").
+    /// influence (V,) in [0, 1]: how much of the deformation each vertex takes; None for all of it.
+    ///
+    /// Raises MeshError, DeviceError.
+    #[pyo3(signature = (vertices, triangles=None, device=DeviceWord::Auto, outside=OutsideWord(Outside::Keep), influence=None))]
+    fn bind(
+        &self,
+        py: Python<'_>,
+        vertices: ArrayLike<'_>,
+        triangles: Option<ArrayLike<'_>>,
+        device: DeviceWord,
+        outside: OutsideWord,
+        influence: Option<ArrayLike<'_>>,
+    ) -> PyResult<Binding> {
+        Binding::new(py, &self.core, vertices, triangles, device, outside.0, influence)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Lattice(shape={:?}, basis={:?}, degree={:?})", self.shape(), self.basis(), self.degree())
+    }
+}
+
+fn axes(
+    shape: Option<ArrayLike<'_>>,
+    basis: BasisWord,
+    degree: Option<ArrayLike<'_>>,
+    knots: KnotsWord<'_>,
+) -> PyResult<[AxisBasis; 3]> {
+    let shape = shape.map_or(Ok([4; 3]), |shape| Argument::lattice("shape").counts(&shape, false))?;
+    let given = degree.map(|degree| Argument::lattice("degree").counts(&degree, true)).transpose()?;
+    let [s, t, u] = match basis {
+        BasisWord::Bernstein => {
+            let bernstein = shape.map(|count| count.saturating_sub(1));
+            if let Some(found) = given.filter(|given| *given != bernstein) {
+                return Err(Argument::lattice("degree")
+                    .error(format!("found {found:?}, but a Bernstein lattice of shape {shape:?} has {bernstein:?}; leave it out")));
+            }
+            shape.map(AxisBasis::bernstein)
+        }
+        BasisWord::BSpline => {
+            let degree = given.unwrap_or([3; 3]);
+            match knots {
+                KnotsWord::Uniform => std::array::from_fn(|a| AxisBasis::uniform(shape[a], degree[a])),
+                KnotsWord::Clamped => std::array::from_fn(|a| AxisBasis::clamped(shape[a], degree[a])),
+                KnotsWord::Given(arrays) => {
+                    let mut knots = Vec::with_capacity(3);
+                    for array in &arrays {
+                        let array: ArrayLike<'_> = array.extract()?;
+                        knots.push(Argument::lattice("knots").floats(&array, Numbers::FloatsOrIntegers, &[None])?);
+                    }
+                    std::array::from_fn(|a| AxisBasis::with_knots(shape[a], degree[a], std::mem::take(&mut knots[a])))
+                }
+            }
+        }
+    };
+    Ok([s.map_err(to_python)?, t.map_err(to_python)?, u.map_err(to_python)?])
+}

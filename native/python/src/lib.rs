@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! The Python module `isochor._native`: it checks what comes in, leaves the interpreter, and calls the core.
+
+mod arrays;
+mod binding;
+mod device;
+mod errors;
+mod lattice;
+mod preserved;
+mod words;
+
+/// The native half of isochor.
+#[pyo3::pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::binding::Binding;
+    #[pymodule_export]
+    use super::device::Device;
+    #[pymodule_export]
+    use super::device::devices;
+    #[pymodule_export]
+    use super::lattice::Lattice;
+    #[pymodule_export]
+    use super::preserved::Preserved;
+    #[pymodule_export]
+    #[expect(non_upper_case_globals, reason = "the name that Python expects")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+}

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! `isochor.Preserved`, the result of a correction.
+
+use numpy::PyUntypedArray;
+use pyo3::prelude::*;
+
+use crate::arrays::{NdArray, OfVertices};
+use crate::binding::{Shared, measure};
+use crate::words::method_name;
+
+/// A mesh deformed with its volume corrected: the result of `Binding.preserve`.
+#[pyclass(frozen, module = "isochor")]
+pub(crate) struct Preserved {
+    binding: Shared,
+    control: Py<PyUntypedArray>,
+    vertices: Py<PyUntypedArray>,
+    /// Volume that was aimed at, after `amount`.
+    #[pyo3(get)]
+    target: f64,
+    /// What computed: "cpu".
+    #[pyo3(get)]
+    device: &'static str,
+    /// What ran, after any fall-back: "balanced" or "sweep".
+    #[pyo3(get)]
+    method: &'static str,
+    /// Rounds over the axes: 1, more where an axis was flat and passed its share on, 0 where nothing was to do.
+    #[pyo3(get)]
+    iterations: u32,
+}
+
+impl Preserved {
+    pub(crate) fn new(
+        py: Python<'_>,
+        binding: Shared,
+        vertices: Bound<'_, PyUntypedArray>,
+        outcome: &isochor_core::Preserved,
+        shape: [usize; 3],
+    ) -> PyResult<Self> {
+        let [nu, nv, nw] = shape;
+        let control: NdArray<'_, f64> = NdArray::points(py, &outcome.control, &[nu, nv, nw, 3])?;
+        let Ok(control) = control.into_pyobject(py);
+        Ok(Self {
+            binding,
+            control: control.unbind(),
+            vertices: vertices.unbind(),
+            target: outcome.target,
+            device: "cpu",
+            method: method_name(outcome.method),
+            iterations: outcome.iterations,
+        })
+    }
+}
+
+#[pymethods]
+impl Preserved {
+    /// Corrected control points, float64 (nu, nv, nw, 3). Coordinates along axes without a share are those given, bit for
+    /// bit.
+    #[getter]
+    fn control<'py>(&self, py: Python<'py>) -> NdArray<'py, f64> {
+        NdArray::of(self.control.bind(py).clone())
+    }
+
+    /// Deformed vertices (V, 3), in the type of those bound.
+    #[getter]
+    fn vertices<'py>(&self, py: Python<'py>) -> NdArray<'py, OfVertices> {
+        NdArray::of(self.vertices.bind(py).clone())
+    }
+
+    /// Signed volume of `vertices`, measured in float64 when asked for.
+    #[getter]
+    fn volume(&self, py: Python<'_>) -> PyResult<f64> {
+        Ok(measure(py, &self.binding, self.vertices.bind(py))?.volume)
+    }
+
+    /// |volume - target| / |target|, measured on `vertices` in float64 when asked for.
+    #[getter]
+    fn error(&self, py: Python<'_>) -> PyResult<f64> {
+        Ok((self.volume(py)? - self.target).abs() / self.target.abs())
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "Preserved(target={:?}, method={:?}, iterations={}, device={:?})",
+            self.target, self.method, self.iterations, self.device
+        )
+    }
+}

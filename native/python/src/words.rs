@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! Arguments that are one of a few words.
+
+use isochor_core::{Method, Outside};
+use pyo3::inspect::{PyStaticConstant, PyStaticExpr};
+use pyo3::prelude::*;
+use pyo3::{type_hint_identifier, type_hint_subscript, type_hint_union};
+
+use crate::arrays::Argument;
+use crate::errors::{UnknownDeviceError, VolumeError};
+
+macro_rules! literal {
+    ($($word:literal),+) => {
+        type_hint_subscript!(
+            type_hint_identifier!("typing", "Literal"),
+            $(PyStaticExpr::Constant { value: PyStaticConstant::Str($word) }),+
+        )
+    };
+}
+
+fn word(object: &Borrowed<'_, '_, PyAny>) -> String {
+    match object.extract::<String>() {
+        Ok(word) => word,
+        Err(_) => object.repr().map_or_else(|_| "an object".into(), |repr| repr.to_string()),
+    }
+}
+
+/// `basis`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum BasisWord {
+    Bernstein,
+    BSpline,
+}
+
+impl FromPyObject<'_, '_> for BasisWord {
+    type Error = PyErr;
+    const INPUT_TYPE: PyStaticExpr = literal!("bernstein", "bspline");
+
+    fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        match word(&object).as_str() {
+            "bernstein" => Ok(Self::Bernstein),
+            "bspline" => Ok(Self::BSpline),
+            other => {
+                Err(Argument::lattice("basis").error(format!("found {other:?}, expected \"bernstein\" or \"bspline\"")))
+            }
+        }
+    }
+}
+
+/// `knots`: a word, or three arrays.
+pub(crate) enum KnotsWord<'py> {
+    Uniform,
+    Clamped,
+    Given(Vec<Bound<'py, PyAny>>),
+}
+
+impl<'py> FromPyObject<'_, 'py> for KnotsWord<'py> {
+    type Error = PyErr;
+    const INPUT_TYPE: PyStaticExpr = type_hint_union!(
+        literal!("uniform", "clamped"),
+        type_hint_subscript!(
+            type_hint_identifier!("collections.abc", "Sequence"),
+            type_hint_identifier!("numpy.typing", "ArrayLike")
+        )
+    );
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let expected = "expected \"uniform\", \"clamped\" or three arrays";
+        if let Ok(word) = object.extract::<String>() {
+            return match word.as_str() {
+                "uniform" => Ok(Self::Uniform),
+                "clamped" => Ok(Self::Clamped),
+                other => Err(Argument::lattice("knots").error(format!("found {other:?}, {expected}"))),
+            };
+        }
+        let items: PyResult<Vec<_>> = object.try_iter().and_then(Iterator::collect);
+        match items {
+            Ok(items) if items.len() == 3 => Ok(Self::Given(items)),
+            Ok(items) => Err(Argument::lattice("knots").error(format!("found {} items, {expected}", items.len()))),
+            Err(_) => Err(Argument::lattice("knots").error(format!("found {}, {expected}", word(&object)))),
+        }
+    }
+}
+
+/// `outside`.
+pub(crate) struct OutsideWord(pub(crate) Outside);
+
+impl FromPyObject<'_, '_> for OutsideWord {
+    type Error = PyErr;
+    const INPUT_TYPE: PyStaticExpr = literal!("keep", "extend");
+
+    fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        match word(&object).as_str() {
+            "keep" => Ok(Self(Outside::Keep)),
+            "extend" => Ok(Self(Outside::Extend)),
+            other => {
+                Err(Argument::lattice("outside").error(format!("found {other:?}, expected \"keep\" or \"extend\"")))
+            }
+        }
+    }
+}
+
+/// `method`.
+pub(crate) struct MethodWord(pub(crate) Method);
+
+impl FromPyObject<'_, '_> for MethodWord {
+    type Error = PyErr;
+    const INPUT_TYPE: PyStaticExpr = literal!("balanced", "sweep");
+
+    fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        match word(&object).as_str() {
+            "sweep" => Ok(Self(Method::Sweep)),
+            "balanced" => Ok(Self(Method::Balanced)),
+            other => Err(VolumeError::new_err(format!(
+                "method: found {other:?}, expected \"balanced\" or \"sweep\""
+            ))),
+        }
+    }
+}
+
+/// The word for a method.
+pub(crate) fn method_name(method: Method) -> &'static str {
+    match method {
+        Method::Sweep => "sweep",
+        Method::Balanced => "balanced",
+    }
+}
+
+/// `device`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum DeviceWord {
+    Auto,
+    Cpu,
+    Gpu,
+}
+
+impl FromPyObject<'_, '_> for DeviceWord {
+    type Error = PyErr;
+    const INPUT_TYPE: PyStaticExpr = literal!("auto", "cpu", "gpu");
+
+    fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        match word(&object).as_str() {
+            "auto" => Ok(Self::Auto),
+            "cpu" => Ok(Self::Cpu),
+            "gpu" => Ok(Self::Gpu),
+            other => Err(UnknownDeviceError::new_err(format!(
+                "device: found {other:?}, expected \"auto\", \"cpu\" or \"gpu\""
+            ))),
+        }
+    }
+}
