@@ -72,7 +72,8 @@ def _install() -> None:
         "ISOCHOR_PROGRAM=sh",
         LAUNCHER,
     ]
-    script = f"{apt} update && {apt} install -y --no-install-recommends {' '.join(PACKAGES)}"
+    install = f"{apt} update && {apt} install -y --no-install-recommends {' '.join(PACKAGES)}"
+    script = f"ln -sf /proc/self/mounts /etc/mtab && {install}"
     log = BUILD / "blender-root.log"
     if status(["sh", "-c", 'exec "$@" >>"$0" 2>&1', log, *enter, "-c", script]) != 0:
         raise Unavailable(f"Blender could not be installed in {PLACE}: see {log}")

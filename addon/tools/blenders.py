@@ -82,10 +82,11 @@ def preferred() -> Blender:
     named = os.environ.get("BLENDER")
     if named:
         return real(Path(shutil.which(named) or named))
-    attempts: list[Callable[[], Blender]] = [_on_path]
-    attempts += [partial(_existing_python, version) for version in WHEELS]
-    attempts += [_fetched_python, in_root]
-    return _first(attempts)
+    on_path = shutil.which("blender")
+    attempts: list[Callable[[], Blender]] = [partial(real, Path(on_path))] if on_path else []
+    fitting = [version for version in WHEELS if interpreters.find(version)]
+    attempts += [partial(wheel, version) for version in fitting] or [_with_fetched_python]
+    return _first([*attempts, in_root])
 
 
 def already_there() -> Blender | None:
@@ -93,43 +94,31 @@ def already_there() -> Blender | None:
     for version in WHEELS:
         if (environments.folder(version) / "contents.stamp").is_file():
             return wheel(version)
+    program = os.environ.get("BLENDER") or shutil.which("blender")
     try:
-        return real(Path(os.environ["BLENDER"])) if "BLENDER" in os.environ else _on_path()
-    except Unavailable:
+        return real(Path(program)) if program else None
+    except Unavailable as reason:
+        say(str(reason))
         return None
 
 
 def _first(attempts: list[Callable[[], Blender]]) -> Blender:
-    reasons = []
     for attempt in attempts:
         try:
             return attempt()
         except Unavailable as reason:
-            say(str(reason))
-            reasons.append(str(reason))
+            say(f"{reason}; looking further")
     raise Unavailable("no Blender can be had here: name one (4.5 or newer) in the environment variable BLENDER")
 
 
-def _on_path() -> Blender:
-    program = shutil.which("blender")
-    if program is None:
-        raise Unavailable("no `blender` on PATH: trying the bpy wheels")
-    return real(Path(program))
-
-
-def _existing_python(version: str) -> Blender:
-    if interpreters.find(version) is None:
-        raise Unavailable(f"no Python {version} here (the newest bpy wheels need 3.13 or 3.11)")
-    return wheel(version)
-
-
-def _fetched_python() -> Blender:
-    """Python 3.13 or 3.11 from the system's packages or through uv, then its bpy wheel."""
+def _with_fetched_python() -> Blender:
+    """A bpy wheel in Python 3.13 or 3.11 from the system's packages or through uv."""
+    say(f"no Python {' or '.join(WHEELS)} here, which the bpy wheels need, and no `blender` on PATH: looking for one")
     for version in WHEELS:
         if system_packages.candidate(f"python{version}"):
             system_packages.install([f"python{version}", f"python{version}-venv"])
             return wheel(version)
     uv = shutil.which("uv")
     if uv is None or output([uv, "python", "install", WHEELS[0]]) is None:
-        raise Unavailable("neither apt-get nor uv has a Python that a bpy wheel fits: trying Debian's own Blender")
+        raise Unavailable("neither apt-get nor uv has a Python that a bpy wheel fits")
     return wheel(WHEELS[0])

@@ -38,8 +38,16 @@ def rust_format() -> Report:
 
 
 def clippy() -> Report:
-    command = [toolchain.cargo(), "clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"]
-    return reports.from_status(status(command, _any_python()), "cargo clippy")
+    command = [
+        toolchain.cargo(),
+        "clippy",
+        "--workspace",
+        "--all-targets",
+        "--locked",
+        "--target-dir",
+        ROOT / "target/lint",
+    ]
+    return reports.from_status(status([*command, "--", "-D", "warnings"], _any_python()), "cargo clippy")
 
 
 def rust_tests() -> Report:
@@ -68,7 +76,7 @@ def python_types() -> Report:
     tools = status([mypy, ROOT / "addon/tools"])
     search = {"MYPYPATH": f"{ROOT / 'native/python/python'}:{TYPED_ADDON.parent}"}
     addon = status([mypy, TYPED_ADDON / "core"], search)
-    return reports.from_status(library, "") + reports.from_status(tools, "") + reports.from_status(addon, "")
+    return _noted(sum((reports.from_status(found, "") for found in (library, tools, addon)), Report()), "mypy")
 
 
 def native_tests() -> Report:
@@ -126,5 +134,8 @@ def _tool(name: str) -> Path:
 
 
 def _any_python() -> dict[str, str]:
-    """PyO3's build asks a Python for its version; the tools' own is there for certain."""
+    """PyO3's build asks a Python for its version: the tools' own is there for certain.
+
+    It rebuilds when it is asked about another Python than maturin names: hence clippy's own target folder.
+    """
     return {"PYO3_PYTHON": str(environments.python("tools"))}
