@@ -11,7 +11,7 @@ from pathlib import Path
 
 import interpreters
 import system_packages
-from workspace import BUILD, Unavailable, fail, fingerprint, is_fresh, output, run, say
+from workspace import BUILD, Unavailable, fail, fingerprint, is_fresh, output, run, say, status
 
 TESTING = ("pytest==9.0.2", "hypothesis==6.148.2", "scipy")
 PICTURES = ("pillow", "matplotlib")
@@ -61,7 +61,8 @@ def python(name: str) -> Path:
     if not interpreter.exists():
         _create(name, place)
     say(f"installing {' '.join(environment.packages)} into {place}")
-    run([interpreter, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *environment.packages])
+    if status([interpreter, "-m", "pip", "install", "-q", "--disable-pip-version-check", *environment.packages]) != 0:
+        raise Unavailable(f"pip could not install {' '.join(environment.packages)}: see its message above")
     stamp.write_text(digest)
     return interpreter
 

@@ -38,16 +38,8 @@ def rust_format() -> Report:
 
 
 def clippy() -> Report:
-    command = [
-        toolchain.cargo(),
-        "clippy",
-        "--workspace",
-        "--all-targets",
-        "--locked",
-        "--target-dir",
-        ROOT / "target/lint",
-    ]
-    return reports.from_status(status([*command, "--", "-D", "warnings"], _any_python()), "cargo clippy")
+    lints = ["--workspace", "--all-targets", "--locked", "--", "-D", "warnings"]
+    return reports.from_status(status([toolchain.cargo(), "clippy", *lints], _clippy_environment()), "cargo clippy")
 
 
 def rust_tests() -> Report:
@@ -133,9 +125,8 @@ def _tool(name: str) -> Path:
     return environments.python("tools").with_name(name)
 
 
-def _any_python() -> dict[str, str]:
-    """PyO3's build asks a Python for its version: the tools' own is there for certain.
-
-    It rebuilds when it is asked about another Python than maturin names: hence clippy's own target folder.
+def _clippy_environment() -> dict[str, str]:
+    """The Python that PyO3's build asks for its version, and a target folder apart from maturin's: PyO3 is built
+    anew whenever it is asked about another Python.
     """
-    return {"PYO3_PYTHON": str(environments.python("tools"))}
+    return {"PYO3_PYTHON": str(environments.python("tools")), "CARGO_TARGET_DIR": str(ROOT / "target" / "lint")}
