@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Problems that are the animator's to solve, in plain words."""
+
+
+class Problem(Exception):
+    """Says what is wrong with the scene and what to do about it; never a fault of the program."""
+
+
+NO_LATTICE = "No lattice: pick a Lattice object in the modifier's Lattice input."
+NO_VERTICES = "The mesh has no vertices: add some, or remove the modifier."
+NO_FACES = "The mesh has no faces, so it encloses no volume: set Preserve to 0 to deform it all the same."
+
+
+def not_a_lattice(name: str, kind: str) -> str:
+    """The Lattice input holds an object of another kind (``kind`` as Blender names it, such as MESH)."""
+    return f"“{name}” is a {kind.lower()}, not a lattice: pick a Lattice object in the modifier's Lattice input."
+
+
+def flat_lattice(name: str) -> str:
+    """The lattice's or the object's matrix cannot be inverted."""
+    return f"The lattice “{name}” has a scale of zero on at least one axis: give it a size on every axis."
+
+
+def flat_object(name: str) -> str:
+    """The object's own matrix cannot be inverted, so the lattice cannot be expressed in its space."""
+    return f"“{name}” has a scale of zero on at least one axis: give it a size on every axis."
+
+
+def capped_lattice(name: str, shape: tuple[int, int, int], count: int) -> str:
+    """Blender keeps fewer points than the resolution says."""
+    return f"The lattice “{name}” says {shape} points but has {count}: lower its resolution to at most 64 a side."
+
+
+def lost_by(names: list[str]) -> str:
+    """The modifiers that follow do not keep the vertices that entered ours."""
+    what = f"What comes after Volume Lattice ({', '.join(names)})" if names else "Something after Volume Lattice"
+    return f"{what} replaces the vertices it works on: move Volume Lattice below it in the modifier stack."
+
+
+def faces_hidden_by(names: list[str]) -> str:
+    """Modifiers both before and after ours change the faces, so those that entered cannot be read."""
+    return (
+        f"The volume cannot be measured, because modifiers before and after Volume Lattice both change the faces"
+        f" ({', '.join(names)}): move Volume Lattice below them in the modifier stack."
+    )
+
+
+def between(names: list[str]) -> str:
+    """Another modifier stands between two of ours; the second then lags."""
+    return f"{', '.join(names)} stands between two Volume Lattice modifiers: move it above or below both of them."
+
+
+def no_vertex_group(name: str) -> str:
+    """The Vertex Group input names a group that the object lacks."""
+    return f"There is no vertex group “{name}”: correct the name in the modifier's Vertex Group input, or clear it."

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From what enters a modifier in one frame to the vertices that leave it, keeping what frames have in common."""
+
+from dataclasses import dataclass, field
+from time import perf_counter
+
+import isochor
+import numpy as np
+from numpy.typing import NDArray
+
+from .grid import Grid, build_lattice
+from .report import Report
+from .settings import Settings
+
+
+@dataclass(frozen=True)
+class Request:
+    """One frame of one modifier, in the deformed object's own space.
+
+    ``positions`` (V, 3) float32; ``influence`` (V,) float32 in [0, 1] or None for 1 everywhere; ``triangles``
+    (F, 3) int32, the very same array as in the frame before where the faces have not changed, or None with the reason
+    in ``no_triangles``; ``control`` (nu, nv, nw, 3) float64; ``frame`` (3, 3) rows or None; ``rest_volume`` is the
+    volume that entered when the modifier was added, or None where that is not known.
+    """
+
+    positions: NDArray[np.float32] = field(repr=False)
+    influence: NDArray[np.float32] | None = field(repr=False)
+    triangles: NDArray[np.int32] | None = field(repr=False)
+    no_triangles: str
+    grid: Grid
+    control: NDArray[np.float64] = field(repr=False)
+    frame: NDArray[np.float64] | None
+    rest_volume: float | None
+    settings: Settings
+
+    def same_as(self, other: "Request | None") -> bool:
+        """Whether the two ask for the same thing, so that the answer is known."""
+        return (
+            other is not None
+            and self.triangles is other.triangles
+            and (self.no_triangles, self.rest_volume, self.settings)
+            == (other.no_triangles, other.rest_volume, other.settings)
+            and self.grid.same_as(other.grid)
+            and np.array_equal(self.control, other.control)
+            and same_array(self.frame, other.frame)
+            and same_array(self.influence, other.influence)
+            and np.array_equal(self.positions, other.positions)
+        )
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """``vertices`` (V, 3) float32 in object space, or None: leave the mesh undeformed. ``report`` says why."""
+
+    vertices: NDArray[np.float32] | None = field(repr=False)
+    report: Report
+
+
+class Solver:
+    """The cache of one modifier in one mode (viewport or render). Not thread-safe: the caller serialises."""
+
+    def __init__(self) -> None:
+        self._binding: isochor.Binding | None = None
+        self._lattice: isochor.Lattice | None = None
+        self._bound: Request | None = None
+        self._answered: Request | None = None
+        self._outcome: Outcome | None = None
+
+    @property
+    def bound_transform(self) -> NDArray[np.float64] | None:
+        """The lattice's transform that the present embedding was made with."""
+        return self._bound.grid.to_object if self._bound is not None and self._binding is not None else None
+
+    def solve(self, request: Request) -> Outcome:
+        """The outcome of ``request``; the very same object as before where nothing has changed. Never raises
+        ``isochor.Error``: it becomes a problem in the report, and the frame the uncorrected deformation."""
+        if self._outcome is None or not request.same_as(self._answered):
+            started = perf_counter()
+            self._outcome, self._answered = self._fresh(request), request
+            self._outcome.report.milliseconds = (perf_counter() - started) * 1e3
+        return self._outcome
+
+    def incoming_volume(self, request: Request) -> float | None:
+        """Signed volume of the mesh that enters, or None where it encloses none."""
+        if request.triangles is None:
+            return None
+        try:
+            return self._bind(request).reference_volume or None
+        except isochor.Error:
+            self._forget()
+            return None
+
+    def bound_volume(self) -> float | None:
+        """Signed volume of the mesh that entered last, or None where it encloses none."""
+        return None if self._bound is None else self.incoming_volume(self._bound)
+
+    def _fresh(self, request: Request) -> Outcome:
+        try:
+            binding = self._bind(request)
+        except isochor.Error as error:
+            self._forget()
+            return Outcome(None, Report(problems=(str(error),)))
+        report = Report(binding=binding, asked=request.control)
+        if request.settings.preserve <= 0.0:
+            return Outcome(binding.deform(request.control), report)
+        try:
+            report.result = self._preserve(binding, request)
+            return Outcome(report.result.vertices, report)
+        except isochor.Error as error:
+            report.problems = (request.no_triangles or str(error),)
+            return Outcome(binding.deform(request.control), report)
+
+    def _preserve(self, binding: isochor.Binding, request: Request) -> isochor.Preserved:
+        settings = request.settings
+        return binding.preserve(
+            request.control,
+            axes=settings.axes,
+            frame=request.frame,
+            method=settings.method.lower(),
+            target=wanted_volume(binding, request),
+            amount=settings.preserve,
+        )
+
+    def _bind(self, request: Request) -> isochor.Binding:
+        before = self._bound
+        if self._binding is None or before is None or not self._same_mesh(request, before):
+            self._lattice = build_lattice(request.grid)
+            self._binding = self._lattice.bind(
+                request.positions,
+                request.triangles,
+                outside=request.settings.outside.lower(),
+                influence=request.influence,
+            )
+        else:
+            changes = self._changes(request, before)
+            if changes:
+                self._binding.update(**changes)
+        self._bound = request
+        return self._binding
+
+    def _same_mesh(self, request: Request, before: Request) -> bool:
+        return (
+            request.triangles is before.triangles
+            and len(request.positions) == len(before.positions)
+            and request.settings.outside == before.settings.outside
+            and (request.influence is None) == (before.influence is None)
+        )
+
+    def _changes(self, request: Request, before: Request) -> dict[str, object]:
+        changes: dict[str, object] = {}
+        if not np.array_equal(request.positions, before.positions):
+            changes["vertices"] = request.positions
+        if not request.grid.same_as(before.grid):
+            self._lattice = build_lattice(request.grid)
+            changes["lattice"] = self._lattice
+        if not same_array(request.influence, before.influence):
+            changes["influence"] = request.influence
+        return changes
+
+    def _forget(self) -> None:
+        self._binding = self._lattice = self._bound = None
+
+
+def wanted_volume(binding: isochor.Binding, request: Request) -> float:
+    """The volume to reach: that of the reference, times the factor of the Target input."""
+    settings = request.settings
+    if settings.reference == "Rest" and request.rest_volume is not None:
+        return request.rest_volume * settings.target
+    return binding.reference_volume * settings.target
+
+
+def same_array(one: NDArray | None, other: NDArray | None) -> bool:
+    """Equal in every element, or both None."""
+    if one is None or other is None:
+        return one is other
+    return one is other or np.array_equal(one, other)

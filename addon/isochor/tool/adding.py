@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Making a Volume Lattice: the lattice object, the modifier, its first evaluation."""
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+from numpy.typing import NDArray
+
+from . import node_group, rest, results, sockets, state
+
+MADE_BY_ADD = "isochor_made"
+"""Custom property of a lattice object that isochor.add made, so that isochor.remove may take it away."""
+
+BASIS_NAMES = {"BERNSTEIN": "Bernstein", "BSPLINE": "B-Spline"}
+
+
+def world_points(obj: bpy.types.Object, context: bpy.types.Context) -> NDArray[np.float64]:
+    """(V, 3) vertices in world space: as evaluated now, or in Edit Mode the selected ones (all where none is)."""
+    matrix = np.array(obj.matrix_world, dtype=np.float64)
+    if obj.mode == "EDIT":
+        obj.update_from_editmode()
+        points = _positions(obj.data)
+        chosen = np.empty(len(points), bool)
+        obj.data.vertices.foreach_get("select", chosen)
+        points = points[chosen] if chosen.any() else points
+    else:
+        points = _positions(obj.evaluated_get(context.evaluated_depsgraph_get()).data)
+    return points @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def new_lattice(
+    name: str, shape: tuple[int, int, int], matrix: NDArray[np.float64], context: bpy.types.Context
+) -> bpy.types.Object:
+    """A lattice object whose unit cube stands as ``matrix`` (to world) says, in the active collection."""
+    data = bpy.data.lattices.new(name)
+    lattice = bpy.data.objects.new(name, data)
+    # Only now that an object has it does Blender keep the lattice's size when the resolution changes.
+    data.points_u, data.points_v, data.points_w = shape
+    lattice.matrix_world = Matrix(matrix.tolist())
+    lattice[MADE_BY_ADD] = True
+    context.collection.objects.link(lattice)
+    return lattice
+
+
+def add_modifiers(
+    objects: list[bpy.types.Object], lattice: bpy.types.Object, basis: str, context: bpy.types.Context
+) -> list[str]:
+    """Gives each object the modifier, computes it once and keeps its rest volume; returns problems in plain words."""
+    context.scene.render.use_lock_interface = True
+    added = [(obj, _add_modifier(obj, lattice, basis)) for obj in objects]
+    results.ensure_own()
+    context.view_layer.update()
+    for obj, modifier in added:
+        rest.measure_for_render(obj, modifier, context.view_layer)
+    memories = [(obj, state.recall(obj, modifier)) for obj, modifier in added]
+    return [f"{obj.name}: {text}" for obj, memory in memories if memory is not None for text in memory.report.problems]
+
+
+def _add_modifier(obj: bpy.types.Object, lattice: bpy.types.Object, basis: str) -> bpy.types.NodesModifier:
+    modifier = obj.modifiers.new(node_group.NAME, "NODES")
+    modifier.node_group = node_group.ensure()
+    modifier.show_group_selector = False
+    sockets.write(modifier, sockets.LATTICE, lattice)
+    sockets.write(modifier, "Basis", BASIS_NAMES[basis])
+    obj.modifiers.active = modifier
+    return modifier
+
+
+def _positions(mesh: bpy.types.Mesh) -> NDArray[np.float64]:
+    positions = np.empty(len(mesh.vertices) * 3, np.float32)
+    if len(positions):
+        mesh.attributes["position"].data.foreach_get("vector", positions)
+    return positions.reshape(-1, 3).astype(np.float64)

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reading what Blender evaluated: the mesh that entered a modifier, its faces, the lattice's points."""
+
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core import problem
+from ..core.faces import split_small_faces
+
+Positions = NDArray[np.float32]
+
+
+def matrix(obj: bpy.types.Object) -> NDArray[np.float64]:
+    """Object to world, 4x4."""
+    return np.array(obj.matrix_world, dtype=np.float64)
+
+
+def attribute(mesh: bpy.types.Mesh, name: str, field_name: str, width: int, dtype: type) -> NDArray | None:
+    """Values of a point attribute, flat, or None where the mesh does not have it in full."""
+    found = mesh.attributes.get(name)
+    if found is None or found.domain != "POINT" or len(found.data) != len(mesh.vertices):
+        return None
+    values = np.empty(len(found.data) * width, dtype)
+    found.data.foreach_get(field_name, values)
+    return values
+
+
+def incoming_count(mesh: bpy.types.Mesh, order_name: str) -> int | None:
+    """How many vertices entered, or None where the modifiers that followed lost or moved some of them.
+
+    The attribute counts down from that number to one over the vertices that entered; what was made later comes after.
+    """
+    order = attribute(mesh, order_name, "value", 1, np.int32)
+    if order is None or len(order) == 0:
+        return None
+    count = int(order[0])
+    intact = 0 < count <= len(order) and np.array_equal(order[:count], np.arange(count, 0, -1, dtype=np.int32))
+    return count if intact else None
+
+
+@dataclass(frozen=True)
+class LatticePoints:
+    """Resolution, first and last undeformed point, and deformed points (flat, u fastest), all in lattice space."""
+
+    shape: tuple[int, int, int]
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+    deformed: Positions
+
+
+def lattice_points(lattice: bpy.types.Object) -> LatticePoints:
+    """What an evaluated lattice object holds."""
+    data = lattice.data
+    shape = (data.points_u, data.points_v, data.points_w)
+    count = len(data.points)
+    if count != shape[0] * shape[1] * shape[2]:
+        raise problem.Problem(problem.capped_lattice(lattice.name, shape, count))
+    points = np.empty(count * 3, np.float32)
+    data.points.foreach_get("co_deform", points)
+    return LatticePoints(shape, tuple(data.points[0].co), tuple(data.points[-1].co), points)
+
+
+@dataclass
+class Faces:
+    """Triangles of the mesh that entered, kept as long as its faces stay the same."""
+
+    triangles: NDArray[np.int32] | None = field(default=None, repr=False)
+    _stamp: tuple[int, ...] = ()
+    _corners: NDArray[np.int32] | None = field(default=None, repr=False)
+    _starts: NDArray[np.int32] | None = field(default=None, repr=False)
+
+    def read(
+        self, mesh: bpy.types.Mesh, original: bpy.types.Mesh, count: int, edited: bool
+    ) -> NDArray[np.int32] | None:
+        """(F, 3) vertex indices, the very same array as long as the faces are the same; None where they cannot be
+        read, because modifiers before and after ours both change them.
+
+        ``mesh`` is evaluated, ``count`` the vertices that entered, ``edited`` whether Blender reports an edit of the
+        object's mesh. Blender shares unchanged face arrays between evaluations, so the same storage, unedited, holds
+        the same faces; elsewhere the values are compared.
+        """
+        source = mesh if len(mesh.vertices) == count else original
+        if len(source.vertices) != count:
+            self.triangles, self._stamp = None, ()
+            return None
+        stamp = storage_stamp(source)
+        if edited or stamp != self._stamp:
+            self._refresh(source, original)
+            self._stamp = stamp
+        return self.triangles
+
+    def _refresh(self, source: bpy.types.Mesh, original: bpy.types.Mesh) -> None:
+        corners, starts = face_arrays(source)
+        if self.triangles is not None and same(corners, self._corners) and same(starts, self._starts):
+            return
+        self._corners, self._starts = corners, starts
+        self.triangles = triangulate(source, original, corners, starts)
+
+
+def storage_stamp(mesh: bpy.types.Mesh) -> tuple[int, ...]:
+    """Counts and addresses of a mesh's face arrays."""
+    counts = (len(mesh.vertices), len(mesh.loops), len(mesh.polygons))
+    if not len(mesh.polygons):
+        return counts
+    return (*counts, mesh.loops[0].as_pointer(), mesh.polygons[0].as_pointer())
+
+
+def face_arrays(mesh: bpy.types.Mesh) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Vertex of each corner, and first corner of each face."""
+    corners = np.empty(len(mesh.loops), np.int32)
+    starts = np.empty(len(mesh.polygons), np.int32)
+    if len(corners):
+        mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
+        mesh.polygons.foreach_get("loop_start", starts)
+    return corners, starts
+
+
+def triangulate(
+    source: bpy.types.Mesh, original: bpy.types.Mesh, corners: NDArray[np.int32], starts: NDArray[np.int32]
+) -> NDArray[np.int32]:
+    """Blender's own triangles of the object's mesh where its faces are those that entered; else quads are split and
+    only larger faces left to Blender. Neither depends on the frame, unless larger faces come out of a modifier."""
+    if len(source.vertices) == len(original.vertices) and len(source.polygons) == len(original.polygons):
+        own_corners, own_starts = face_arrays(original)
+        if same(own_corners, corners) and same(own_starts, starts):
+            return loop_triangles(original)
+    small = split_small_faces(corners, starts)
+    return loop_triangles(source) if small is None else small
+
+
+def loop_triangles(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
+    """Blender's triangles as (F, 3) vertex indices."""
+    mesh.calc_loop_triangles()
+    triangles = np.empty(len(mesh.loop_triangles) * 3, np.int32)
+    mesh.loop_triangles.foreach_get("vertices", triangles)
+    return triangles.reshape(-1, 3)
+
+
+def same(one: NDArray, other: NDArray | None) -> bool:
+    """Equal in every element."""
+    return other is not None and np.array_equal(one, other)

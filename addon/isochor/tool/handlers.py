@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""When to compute: after Blender has evaluated a frame or an edit, before it draws or renders it.
+
+Blender evaluates once more within the same frame change or update what a handler has written, without calling the
+handlers again.
+"""
+
+import bpy
+from bpy.app.handlers import persistent
+
+from . import node_group, stack, state
+
+
+@persistent
+def frame_changed(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """A new frame or sub-frame, in playback and in renders: every object of ours that this depsgraph has."""
+    state.refresh(stack.users(node_group.all_groups()), depsgraph)
+
+
+@persistent
+def depsgraph_updated(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """An edit of a lattice, a mesh, a socket, a transform: the objects that it reaches."""
+    state.refresh(state.updated_users(depsgraph), depsgraph)
+    _redraw_sidebars(depsgraph)
+
+
+@persistent
+def data_replaced(*_arguments: object) -> None:
+    """An undo or redo: what is remembered belongs to data that is gone."""
+    state.clear()
+
+
+@persistent
+def file_loaded(*_arguments: object) -> None:
+    """Another file: forget the old one, and make its node groups fit this Blender."""
+    state.clear()
+    node_group.rebuild_foreign()
+
+
+HANDLERS = (
+    ("frame_change_post", frame_changed),
+    ("depsgraph_update_post", depsgraph_updated),
+    ("undo_post", data_replaced),
+    ("redo_post", data_replaced),
+    ("load_post", file_loaded),
+)
+
+
+def register() -> None:
+    """Hangs the handlers into Blender."""
+    state.clear()
+    for event, handler in HANDLERS:
+        getattr(bpy.app.handlers, event).append(handler)
+
+
+def unregister() -> None:
+    """Takes them out again, last first."""
+    for event, handler in reversed(HANDLERS):
+        getattr(bpy.app.handlers, event).remove(handler)
+    state.clear()
+
+
+def _redraw_sidebars(depsgraph: bpy.types.Depsgraph) -> None:
+    if bpy.app.background or depsgraph.mode != "VIEWPORT":
+        return
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                for region in area.regions:
+                    if region.type == "UI":
+                        region.tag_redraw()

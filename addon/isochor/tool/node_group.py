@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The shared Geometry Nodes group "Volume Lattice": what the modifier is to Blender.
+
+It stores what enters in named attributes, so that the evaluated mesh carries it, and takes its output positions from
+a result mesh (one for the viewport, one for renders), only where the point counts agree: a stale result shows the
+undeformed mesh, never rubbish.
+"""
+
+import bpy
+
+from ..core import settings
+from . import sockets
+
+NAME = "Volume Lattice"
+VERSION_KEY = "isochor_version"
+VERSION = 1
+
+INCOMING = ".isochor_incoming_"
+"""Point, vector: positions that entered. A leading dot hides an attribute in Blender's lists; the slot follows."""
+ORDER = ".isochor_order_"
+"""Point, integer: number of points that entered less the point's index, which proves that none is lost or moved."""
+MASK = ".isochor_mask_"
+"""Point, float: weight of the vertex group, inverted where asked; stored only where a group is named."""
+
+Socket = bpy.types.NodeSocket
+Panel = bpy.types.NodeTreeInterfacePanel
+
+
+def is_ours(group: bpy.types.NodeTree | None) -> bool:
+    """Whether this is a Volume Lattice group, of any version and under any name."""
+    return group is not None and VERSION_KEY in group
+
+
+def all_groups() -> list[bpy.types.NodeTree]:
+    """Every Volume Lattice group of the file."""
+    return [group for group in bpy.data.node_groups if is_ours(group)]
+
+
+def ensure() -> bpy.types.NodeTree:
+    """The file's own Volume Lattice group, made where there is none."""
+    for group in all_groups():
+        if group.library is None:
+            return group
+    group = bpy.data.node_groups.new(NAME, "GeometryNodeTree")
+    group.is_modifier = True
+    group[VERSION_KEY] = VERSION
+    _add_interface(group)
+    _Builder(group).build()
+    return group
+
+
+def can_transfer() -> bool:
+    """Blender 5.2 hands a whole attribute over without copying; before, each position is sampled."""
+    return hasattr(bpy.types, "GeometryNodeTransferAttributes")
+
+
+def rebuild_foreign() -> None:
+    """Rebuilds groups saved by a Blender that has nodes unknown to this one."""
+    for group in all_groups():
+        if group.library is None and any(node.bl_idname == "NodeUndefined" for node in group.nodes):
+            group.nodes.clear()
+            _Builder(group).build()
+
+
+def _add_interface(group: bpy.types.NodeTree) -> None:
+    new = group.interface.new_socket
+    new("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+    new("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    _input(group, sockets.LATTICE, "Object", "The Lattice object whose points shape the mesh")
+    _factor(group, "Strength", "How much of the deformation each vertex takes")
+    _input(group, "Vertex Group", "String", "Vertex group that scales the deformation vertex by vertex")
+    _input(group, "Invert", "Bool", "Use one minus the vertex group's weights")
+    _add_volume_inputs(group, group.interface.new_panel("Volume"))
+    _add_interpolation_inputs(group, group.interface.new_panel("Interpolation", default_closed=True))
+    for name, kind in (
+        (sockets.VIEWPORT_RESULT, "Object"),
+        (sockets.RENDER_RESULT, "Object"),
+        (sockets.SLOT, "String"),
+    ):
+        _input(group, name, kind, "Kept by the add-on").hide_in_modifier = True
+
+
+def _add_volume_inputs(group: bpy.types.NodeTree, panel: Panel) -> None:
+    _factor(group, "Preserve", "How much of the lost or gained volume is restored", panel)
+    _menu(group, "Reference", "The volume to keep: the one when the modifier was added, or this frame's", panel)
+    target = _input(group, "Target", "Float", "Factor on the volume to keep", panel)
+    target.default_value, target.min_value = 1.0, 0.0
+    axes = _input(group, "Axes", "Vector", "Shares of X, Y and Z in the correction; 0 leaves an axis alone", panel)
+    axes.default_value, axes.min_value = (1.0, 1.0, 1.0), 0.0
+    _menu(group, "Space", "What X, Y and Z mean in Axes: the world, the object or the lattice", panel)
+    _menu(group, "Method", "Balanced keeps round shapes round; Sweep is the published method", panel)
+
+
+def _add_interpolation_inputs(group: bpy.types.NodeTree, panel: Panel) -> None:
+    _menu(group, "Basis", "Bernstein: every point reaches everywhere; B-Spline: each reaches its neighbourhood", panel)
+    _menu(group, "Outside", "Vertices outside the lattice: keep them, or extend the deformation to them", panel)
+
+
+def _input(group: bpy.types.NodeTree, name: str, kind: str, description: str, panel: Panel | None = None):
+    return group.interface.new_socket(
+        name, description=description, in_out="INPUT", socket_type=f"NodeSocket{kind}", parent=panel
+    )
+
+
+def _factor(group: bpy.types.NodeTree, name: str, description: str, panel: Panel | None = None) -> None:
+    socket = _input(group, name, "Float", description, panel)
+    socket.subtype = "FACTOR"
+    socket.default_value, socket.min_value, socket.max_value = 1.0, 0.0, 1.0
+
+
+def _menu(group: bpy.types.NodeTree, name: str, description: str, panel: Panel) -> None:
+    _input(group, name, "Menu", description, panel)
+
+
+class _Builder:
+    """Lays the nodes of one group."""
+
+    def __init__(self, group: bpy.types.NodeTree) -> None:
+        self._group = group
+        self._inputs = self._node("NodeGroupInput")
+
+    def build(self) -> None:
+        mesh = self._store_incoming(self._inputs.outputs["Geometry"])
+        result = self._result()
+        fits = self._counts_agree(self._inputs.outputs["Geometry"], result)
+        moved = self._take_positions(mesh, result)
+        output = self._node("NodeGroupOutput")
+        self._link(self._switch("GEOMETRY", self._both(fits, self._every_input_used()), moved, mesh), output.inputs[0])
+        for name, names in sockets.MENUS.items():
+            _socket(self._group, name).default_value = names[0]
+
+    def _store_incoming(self, mesh: Socket) -> Socket:
+        position = self._node("GeometryNodeInputPosition").outputs[0]
+        mesh = self._store(mesh, INCOMING, "FLOAT_VECTOR", position)
+        index = self._node("GeometryNodeInputIndex").outputs[0]
+        mesh = self._store(mesh, ORDER, "INT", self._integers("SUBTRACT", self._point_count(mesh), index))
+        named = self._node("FunctionNodeStringLength")
+        self._link(self._inputs.outputs["Vertex Group"], named.inputs[0])
+        some = self._compare("GREATER_THAN", "INT", named.outputs[0], 0)
+        return self._switch("GEOMETRY", some, self._store(mesh, MASK, "FLOAT", self._mask()), mesh)
+
+    def _mask(self) -> Socket:
+        weight = self._node("GeometryNodeInputNamedAttribute", data_type="FLOAT")
+        self._link(self._inputs.outputs["Vertex Group"], weight.inputs["Name"])
+        inverted = self._floats("SUBTRACT", 1.0, weight.outputs["Attribute"])
+        return self._switch("FLOAT", self._inputs.outputs["Invert"], inverted, weight.outputs["Attribute"])
+
+    def _result(self) -> Socket:
+        viewport = self._node("GeometryNodeIsViewport").outputs[0]
+        return self._switch(
+            "GEOMETRY",
+            viewport,
+            self._object_geometry(sockets.VIEWPORT_RESULT),
+            self._object_geometry(sockets.RENDER_RESULT),
+        )
+
+    def _object_geometry(self, name: str) -> Socket:
+        info = self._node("GeometryNodeObjectInfo", transform_space="ORIGINAL")
+        self._link(self._inputs.outputs[name], info.inputs[0])
+        return info.outputs["Geometry"]
+
+    def _counts_agree(self, mesh: Socket, result: Socket) -> Socket:
+        return self._compare("EQUAL", "INT", self._point_count(mesh), self._point_count(result))
+
+    def _take_positions(self, mesh: Socket, result: Socket) -> Socket:
+        if can_transfer():
+            transfer = self._node("GeometryNodeTransferAttributes")
+            # All but none: the result has positions only.
+            transfer.inputs["Exclude Names"].default_value = True
+            self._link(mesh, transfer.inputs["Target"])
+            self._link(result, transfer.inputs["Source"])
+            return transfer.outputs[0]
+        sample = self._node("GeometryNodeSampleIndex", data_type="FLOAT_VECTOR")
+        self._link(result, sample.inputs["Geometry"])
+        self._link(self._node("GeometryNodeInputPosition").outputs[0], sample.inputs["Value"])
+        self._link(self._node("GeometryNodeInputIndex").outputs[0], sample.inputs["Index"])
+        move = self._node("GeometryNodeSetPosition")
+        self._link(mesh, move.inputs["Geometry"])
+        self._link(sample.outputs[0], move.inputs["Position"])
+        return move.outputs[0]
+
+    def _every_input_used(self) -> Socket:
+        """True always, through every input that only the add-on reads: Blender greys out what reaches no output."""
+        total: Socket | float = 0.0
+        for name in ("Strength", "Preserve", "Target"):
+            total = self._floats("ADD", total, self._inputs.outputs[name])
+        for name in sockets.MENUS:
+            total = self._floats("ADD", total, self._menu_number(name))
+        length = self._node("ShaderNodeVectorMath", operation="LENGTH")
+        self._link(self._inputs.outputs["Axes"], length.inputs[0])
+        total = self._floats("ADD", total, length.outputs["Value"])
+        total = self._floats("ADD", total, self._point_count(self._object_geometry(sockets.LATTICE)))
+        return self._compare("EQUAL", "FLOAT", self._floats("MULTIPLY", total, 0.0), 0.0)
+
+    def _menu_number(self, name: str) -> Socket:
+        switch = self._node("GeometryNodeMenuSwitch", data_type="FLOAT")
+        for item, text in zip(switch.enum_items, sockets.MENUS[name], strict=False):
+            item.name = text
+        for text in sockets.MENUS[name][len(switch.enum_items) :]:
+            switch.enum_items.new(text)
+        self._link(self._inputs.outputs[name], switch.inputs[0])
+        return switch.outputs[0]
+
+    def _store(self, mesh: Socket, prefix: str, data_type: str, value: Socket) -> Socket:
+        join = self._node("GeometryNodeStringJoin")
+        self._link(self._inputs.outputs[sockets.SLOT], join.inputs["Strings"])
+        begin = self._node("FunctionNodeInputString")
+        begin.string = prefix
+        self._link(begin.outputs[0], join.inputs["Strings"])
+        store = self._node("GeometryNodeStoreNamedAttribute", data_type=data_type, domain="POINT")
+        self._link(mesh, store.inputs["Geometry"])
+        self._link(join.outputs[0], store.inputs["Name"])
+        self._link(value, store.inputs["Value"])
+        return store.outputs[0]
+
+    def _point_count(self, geometry: Socket) -> Socket:
+        size = self._node("GeometryNodeAttributeDomainSize", component="MESH")
+        self._link(geometry, size.inputs[0])
+        return size.outputs["Point Count"]
+
+    def _both(self, one: Socket, other: Socket) -> Socket:
+        return self._operation(self._node("FunctionNodeBooleanMath", operation="AND"), one, other)
+
+    def _floats(self, operation: str, one: Socket | float, other: Socket | float) -> Socket:
+        return self._operation(self._node("ShaderNodeMath", operation=operation), one, other)
+
+    def _integers(self, operation: str, one: Socket | int, other: Socket | int) -> Socket:
+        return self._operation(self._node("FunctionNodeIntegerMath", operation=operation), one, other)
+
+    def _compare(self, operation: str, data_type: str, one: Socket | float, other: Socket | float) -> Socket:
+        return self._operation(self._node("FunctionNodeCompare", data_type=data_type, operation=operation), one, other)
+
+    def _operation(self, node: bpy.types.Node, one: Socket | float, other: Socket | float) -> Socket:
+        places = [socket for socket in node.inputs if socket.enabled and not socket.is_unavailable]
+        for value, place in zip((one, other), places, strict=False):
+            if isinstance(value, bpy.types.NodeSocket):
+                self._link(value, place)
+            else:
+                place.default_value = value
+        return node.outputs[0]
+
+    def _switch(self, input_type: str, choice: Socket, true: Socket, false: Socket) -> Socket:
+        switch = self._node("GeometryNodeSwitch", input_type=input_type)
+        for value, place in zip((choice, true, false), ("Switch", "True", "False"), strict=True):
+            self._link(value, switch.inputs[place])
+        return switch.outputs[0]
+
+    def _node(self, kind: str, **properties: str) -> bpy.types.Node:
+        node = self._group.nodes.new(kind)
+        for name, value in properties.items():
+            setattr(node, name, value)
+        return node
+
+    def _link(self, source: Socket, target: Socket) -> None:
+        self._group.links.new(source, target)
+
+
+def _socket(group: bpy.types.NodeTree, name: str) -> bpy.types.NodeTreeInterfaceSocket:
+    return next(
+        item
+        for item in group.interface.items_tree
+        if item.item_type == "SOCKET" and item.in_out == "INPUT" and item.name == name
+    )

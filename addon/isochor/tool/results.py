@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The result meshes: points only, in no collection, held by the modifier that takes its positions from them.
+
+Two for each modifier, because viewport and render may see different meshes at the same time. An object in Blender's
+sense carries each, since an input can name an object only.
+"""
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from . import node_group, sockets, stack
+
+REST_VOLUME = "isochor_rest_volume"
+"""Custom property of a result object: volume that entered when the modifier was added, in the object's space."""
+REST_COUNT = "isochor_rest_count"
+"""Custom property of a result object: number of vertices of the object's own mesh at that time."""
+
+INPUT_OF_MODE = {"VIEWPORT": sockets.VIEWPORT_RESULT, "RENDER": sockets.RENDER_RESULT}
+
+
+def of(modifier: bpy.types.NodesModifier, mode: str) -> bpy.types.Object | None:
+    """The result object of an original (not evaluated) modifier in this mode."""
+    return sockets.read(modifier, INPUT_OF_MODE[mode])
+
+
+def ensure_own() -> None:
+    """Gives every modifier result objects and a slot of its own; a copied object or modifier shares those it came
+    from, and the first in order of name keeps them."""
+    taken: set[int] = set()
+    for obj in stack.users(node_group.all_groups()):
+        if not obj.is_editable:
+            continue
+        for modifier in stack.ours(obj):
+            _ensure_slot(modifier)
+            for mode in INPUT_OF_MODE:
+                taken.add(_ensure_result(obj, modifier, mode, taken))
+
+
+def write(result: bpy.types.Object, positions: NDArray[np.float32] | None) -> None:
+    """Makes the result's points these (V, 3) positions; with None no points, which shows the undeformed mesh."""
+    mesh = result.data
+    count = 0 if positions is None else len(positions)
+    if len(mesh.vertices) != count:
+        mesh.clear_geometry()
+        mesh.vertices.add(count)
+        mesh.update_tag()
+    if positions is not None and count:
+        mesh.attributes["position"].data.foreach_set("vector", positions.reshape(-1))
+
+
+def keep_rest(result: bpy.types.Object, volume: float, obj: bpy.types.Object) -> None:
+    """Notes the volume that entered, in the space of ``obj``, the deformed object."""
+    result[REST_VOLUME] = volume
+    result[REST_COUNT] = len(obj.data.vertices)
+
+
+def forget_rest(result: bpy.types.Object) -> None:
+    """The next volume that enters becomes the rest volume, as after copying the modifier to another mesh."""
+    for key in (REST_VOLUME, REST_COUNT):
+        if key in result:
+            del result[key]
+
+
+def remove(modifier: bpy.types.NodesModifier) -> None:
+    """Takes a modifier's result objects and meshes out of the file."""
+    for mode in INPUT_OF_MODE:
+        result = of(modifier, mode)
+        if result is not None:
+            mesh = result.data
+            bpy.data.objects.remove(result)
+            bpy.data.meshes.remove(mesh)
+
+
+def _ensure_slot(modifier: bpy.types.NodesModifier) -> None:
+    slot = str(modifier.persistent_uid)
+    if sockets.read(modifier, sockets.SLOT) != slot:
+        sockets.write(modifier, sockets.SLOT, slot)
+
+
+def _ensure_result(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mode: str, taken: set[int]) -> int:
+    """The session identifier of the modifier's own result object, made or cloned where it has none."""
+    result = of(modifier, mode)
+    if result is None or result.session_uid in taken:
+        result = _new(f".{node_group.NAME} {obj.name} {mode.lower()}", result)
+        if result.get(REST_COUNT) != len(obj.data.vertices):
+            forget_rest(result)
+        sockets.write(modifier, INPUT_OF_MODE[mode], result)
+    return result.session_uid
+
+
+def _new(name: str, like: bpy.types.Object | None) -> bpy.types.Object:
+    if like is None:
+        return bpy.data.objects.new(name, bpy.data.meshes.new(name))
+    result, mesh = like.copy(), like.data.copy()
+    result.name = mesh.name = name
+    result.data = mesh
+    return result

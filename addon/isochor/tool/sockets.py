@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The inputs of a Volume Lattice modifier, whose home differs between Blender 4.5 and 5.2.
+
+4.5 keeps them as custom properties of the modifier, menus as integers; 5.2 under ``modifier.properties.inputs``,
+menus as names.
+"""
+
+from typing import Any
+
+import bpy
+
+from ..core import settings
+
+MENUS = {
+    "Reference": settings.REFERENCES,
+    "Space": settings.SPACES,
+    "Method": settings.METHODS,
+    "Basis": settings.BASES,
+    "Outside": settings.OUTSIDES,
+}
+VIEWPORT_RESULT, RENDER_RESULT, SLOT = "Viewport Result", "Render Result", "Slot"
+LATTICE = "Lattice"
+
+
+def identifiers(group: bpy.types.NodeTree) -> dict[str, str]:
+    """Name to identifier of every input of the node group."""
+    items = group.interface.items_tree
+    return {item.name: item.identifier for item in items if item.item_type == "SOCKET" and item.in_out == "INPUT"}
+
+
+def data_path(modifier: bpy.types.NodesModifier, name: str) -> str:
+    """Path of an input from its modifier, for keys and drivers."""
+    identifier = identifiers(modifier.node_group)[name]
+    return f"properties.inputs.{identifier}.value" if _as_properties(modifier) else f'["{identifier}"]'
+
+
+def read(modifier: bpy.types.NodesModifier, name: str, known: dict[str, str] | None = None) -> Any:
+    """Value of an input; of an evaluated modifier, with drivers and keys applied. Menus give the item's name."""
+    identifier = (known or identifiers(modifier.node_group))[name]
+    if _as_properties(modifier):
+        return getattr(modifier.properties.inputs, identifier).value
+    value = modifier[identifier]
+    return MENUS[name][value] if name in MENUS else value
+
+
+def write(modifier: bpy.types.NodesModifier, name: str, value: Any) -> None:
+    """Sets an input and tells Blender that the modifier has changed. Menus take the item's name."""
+    identifier = identifiers(modifier.node_group)[name]
+    if _as_properties(modifier):
+        getattr(modifier.properties.inputs, identifier).value = value
+        return
+    modifier[identifier] = MENUS[name].index(value) if name in MENUS else value
+    modifier.id_data.update_tag()
+
+
+def read_settings(modifier: bpy.types.NodesModifier) -> settings.Settings:
+    """Everything but the objects, from an evaluated modifier."""
+    known = identifiers(modifier.node_group)
+
+    def value(name: str) -> Any:
+        return read(modifier, name, known)
+
+    return settings.Settings(
+        strength=value("Strength"),
+        vertex_group=value("Vertex Group"),
+        invert=bool(value("Invert")),
+        preserve=value("Preserve"),
+        reference=value("Reference"),
+        target=value("Target"),
+        axes=tuple(float(share) for share in value("Axes")),
+        space=value("Space"),
+        method=value("Method"),
+        basis=value("Basis"),
+        outside=value("Outside"),
+    )
+
+
+def _as_properties(modifier: bpy.types.NodesModifier) -> bool:
+    return hasattr(modifier, "properties")

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which modifiers of an object are ours, which are on, and what stands around them."""
+
+import bpy
+
+from . import node_group
+
+SHARED_BY_RENDER = "RENDER"
+
+
+def is_ours(modifier: bpy.types.Modifier) -> bool:
+    """Whether this modifier is a Volume Lattice."""
+    return modifier.type == "NODES" and node_group.is_ours(modifier.node_group)
+
+
+def ours(obj: bpy.types.Object) -> list[bpy.types.NodesModifier]:
+    """The object's Volume Lattice modifiers in stack order, also those that are switched off."""
+    return [modifier for modifier in obj.modifiers if is_ours(modifier)]
+
+
+def is_on(modifier: bpy.types.Modifier, mode: str) -> bool:
+    """Whether Blender evaluates the modifier in this depsgraph mode (VIEWPORT or RENDER)."""
+    if mode == SHARED_BY_RENDER:
+        return modifier.show_render
+    editing = modifier.id_data.mode == "EDIT"
+    return modifier.show_viewport and (modifier.show_in_editmode or not editing)
+
+
+def active(obj: bpy.types.Object, mode: str) -> list[bpy.types.Modifier]:
+    """All modifiers that are evaluated in this mode, ours and others, in stack order."""
+    return [modifier for modifier in obj.modifiers if is_on(modifier, mode)]
+
+
+def following(modifiers: list[bpy.types.Modifier], modifier: bpy.types.Modifier) -> list[bpy.types.Modifier]:
+    """Those after ``modifier`` that are not ours."""
+    place = modifiers.index(modifier)
+    return [other for other in modifiers[place + 1 :] if not is_ours(other)]
+
+
+def preceding(modifiers: list[bpy.types.Modifier], modifier: bpy.types.Modifier) -> list[bpy.types.Modifier]:
+    """Those before ``modifier`` that are not ours."""
+    place = modifiers.index(modifier)
+    return [other for other in modifiers[:place] if not is_ours(other)]
+
+
+def users(group_list: list[bpy.types.NodeTree]) -> list[bpy.types.Object]:
+    """Every mesh object of the file with a Volume Lattice modifier, in order of name."""
+    if not group_list:
+        return []
+    return [obj for obj in bpy.data.objects if obj.type == "MESH" and any(map(is_ours, obj.modifiers))]

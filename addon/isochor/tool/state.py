@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the add-on keeps in this session; one lock serialises the viewport's and the render's threads."""
+
+import threading
+
+import bpy
+
+from . import node_group, results, stack
+from .update import Memory, update_object
+
+_lock = threading.RLock()
+_memories: dict[tuple[int, int, str], Memory] = {}
+_printed: set[str] = set()
+
+
+def clear() -> None:
+    """Forgets everything, as after loading a file or an undo, where Blender's data is another."""
+    with _lock:
+        _memories.clear()
+        _printed.clear()
+
+
+def recall(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mode: str = "VIEWPORT") -> Memory | None:
+    """What is known of a modifier since it was last computed; its report is what the sidebar shows."""
+    return _memories.get((obj.session_uid, modifier.persistent_uid, mode))
+
+
+def refresh(objects: list[bpy.types.Object], depsgraph: bpy.types.Depsgraph) -> None:
+    """Computes these objects' modifiers from what ``depsgraph`` evaluated and writes their result meshes."""
+    if not objects:
+        return
+    edited = edited_meshes(depsgraph)
+    with _lock:
+        results.ensure_own()
+        for obj in objects:
+            for memory in update_object(obj, depsgraph, obj.data.session_uid in edited, _memories):
+                _print_once(obj, memory.report.problems)
+
+
+def edited_meshes(depsgraph: bpy.types.Depsgraph) -> set[int]:
+    """Session identifiers of the meshes that Blender says were edited since it evaluated last."""
+    return {
+        update.id.original.session_uid
+        for update in depsgraph.updates
+        if update.is_updated_geometry and isinstance(update.id, bpy.types.Mesh)
+    }
+
+
+def updated_users(depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object]:
+    """Objects with our modifier whose geometry or place has been evaluated anew."""
+    if not node_group.all_groups():
+        return []
+    found = []
+    for update in depsgraph.updates:
+        if not isinstance(update.id, bpy.types.Object) or not (
+            update.is_updated_geometry or update.is_updated_transform
+        ):
+            continue
+        original = update.id.original
+        if original.type == "MESH" and any(map(stack.is_ours, original.modifiers)):
+            found.append(original)
+    return found
+
+
+def _print_once(obj: bpy.types.Object, problems: tuple[str, ...]) -> None:
+    for text in problems:
+        line = f"Isochor: {obj.name}: {text}"
+        if line not in _printed:
+            _printed.add(line)
+            print(line, flush=True)

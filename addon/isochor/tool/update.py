@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Computes one object's Volume Lattice modifiers from one evaluated depsgraph and writes their result meshes."""
+
+from dataclasses import dataclass, field, replace
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core import grid, problem
+from ..core.report import Report
+from ..core.settings import Settings
+from ..core.solver import Outcome, Request, Solver
+from . import evaluated, node_group, results, sockets, stack
+
+
+@dataclass
+class Memory:
+    """What one modifier keeps between frames in one mode."""
+
+    solver: Solver = field(default_factory=Solver)
+    faces: evaluated.Faces = field(default_factory=evaluated.Faces)
+    written: Outcome | None = None
+    report: Report = field(default_factory=Report)
+
+
+@dataclass(frozen=True)
+class Job:
+    """One modifier of one object in one evaluation."""
+
+    obj: bpy.types.Object
+    obj_evaluated: bpy.types.Object
+    modifier: bpy.types.NodesModifier
+    depsgraph: bpy.types.Depsgraph
+    mesh_edited: bool
+
+    @property
+    def mode(self) -> str:
+        return self.depsgraph.mode
+
+    @property
+    def key(self) -> tuple[int, int, str]:
+        """Names the modifier in this session, across undo and renaming."""
+        return self.obj.session_uid, self.modifier.persistent_uid, self.mode
+
+    @property
+    def evaluated_modifier(self) -> bpy.types.NodesModifier:
+        """The copy with drivers and keys applied."""
+        return self.obj_evaluated.modifiers[self.modifier.name]
+
+    def attribute(self, prefix: str, field_name: str, width: int, dtype: type) -> NDArray | None:
+        """One of the attributes that the node group stored on the evaluated mesh."""
+        return evaluated.attribute(self.obj_evaluated.data, prefix + self.slot, field_name, width, dtype)
+
+    @property
+    def slot(self) -> str:
+        return str(self.modifier.persistent_uid)
+
+
+def update_object(
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, mesh_edited: bool, memories: dict[tuple, Memory]
+) -> list[Memory]:
+    """Computes all of the object's modifiers that are on, each fed the fresh result of the one before, and writes
+    what has changed. Returns the memories touched, reports in them."""
+    obj_evaluated = obj.evaluated_get(depsgraph)
+    if not obj_evaluated.is_evaluated or obj_evaluated.type != "MESH" or obj_evaluated.data.is_editmode:
+        return []
+    modifiers = stack.active(obj, depsgraph.mode)
+    touched = []
+    fresh: NDArray[np.float32] | None = None
+    for place, modifier in enumerate(modifiers):
+        if not stack.is_ours(modifier):
+            continue
+        job = Job(obj, obj_evaluated, modifier, depsgraph, mesh_edited)
+        if sockets.read(job.evaluated_modifier, sockets.SLOT) != job.slot:
+            continue
+        memory = memories.setdefault(job.key, Memory())
+        chained = place > 0 and stack.is_ours(modifiers[place - 1])
+        fresh = _update_modifier(job, memory, modifiers, fresh if chained else None)
+        touched.append(memory)
+    return touched
+
+
+def _update_modifier(
+    job: Job, memory: Memory, modifiers: list[bpy.types.Modifier], fresh: NDArray[np.float32] | None
+) -> NDArray[np.float32] | None:
+    """Computes and writes one modifier; the vertices that leave it, or None where they cannot be known."""
+    entered = None
+    problems: list[str] = []
+    result = results.of(job.modifier, job.mode)
+    try:
+        entered = _entered(job, modifiers, fresh)
+        settings = sockets.read_settings(job.evaluated_modifier)
+        request, problems = _request(job, memory, modifiers, entered, settings)
+        outcome = memory.solver.solve(_with_rest_volume(job, memory, request, result))
+    except problem.Problem as trouble:
+        outcome = Outcome(None, Report(problems=(str(trouble),)))
+    memory.report = outcome.report
+    memory.report.problems = tuple(dict.fromkeys((*problems, *outcome.report.problems)))
+    if result is not None and outcome is not memory.written:
+        if outcome.vertices is not None or len(result.data.vertices):
+            results.write(result, outcome.vertices)
+        memory.written = outcome
+    return entered if outcome.vertices is None else outcome.vertices
+
+
+def _entered(job: Job, modifiers: list[bpy.types.Modifier], fresh: NDArray[np.float32] | None) -> NDArray[np.float32]:
+    """(V, 3) positions that entered the modifier, in object space."""
+    if fresh is not None:
+        return fresh
+    positions = job.attribute(node_group.INCOMING, "vector", 3, np.float32)
+    after = stack.following(modifiers, job.modifier)
+    if positions is None:
+        raise problem.Problem(problem.lost_by([modifier.name for modifier in after]))
+    positions = positions.reshape(-1, 3)
+    if after:
+        count = evaluated.incoming_count(job.obj_evaluated.data, node_group.ORDER + job.slot)
+        if count is None:
+            raise problem.Problem(problem.lost_by([modifier.name for modifier in after]))
+        positions = positions[:count]
+    if len(positions) == 0:
+        raise problem.Problem(problem.NO_VERTICES)
+    return positions
+
+
+def _request(
+    job: Job,
+    memory: Memory,
+    modifiers: list[bpy.types.Modifier],
+    positions: NDArray[np.float32],
+    settings: Settings,
+) -> tuple[Request, list[str]]:
+    lattice = _lattice(job)
+    points = evaluated.lattice_points(lattice)
+    object_matrix, lattice_matrix = evaluated.matrix(job.obj_evaluated), evaluated.matrix(lattice)
+    names = (job.obj.name, lattice.name)
+    transform = grid.relative_transform(object_matrix, lattice_matrix, names)
+    transform = grid.steadied(transform, memory.solver.bound_transform, object_matrix, lattice_matrix)
+    rest_grid = grid.Grid(points.shape, points.low, points.high, settings.basis, transform)
+    influence, problems = _influence(job, settings, len(positions))
+    triangles, no_triangles = _triangles(job, memory, modifiers, len(positions))
+    request = Request(
+        positions=positions,
+        influence=influence,
+        triangles=triangles,
+        no_triangles=no_triangles,
+        grid=rest_grid,
+        control=grid.control_points(rest_grid, points.deformed),
+        frame=grid.correction_frame(settings.space, object_matrix, transform),
+        rest_volume=None,
+        settings=settings,
+    )
+    return request, [*problems, *_between(modifiers, job.modifier)]
+
+
+def _lattice(job: Job) -> bpy.types.Object:
+    """The evaluated lattice object."""
+    lattice = sockets.read(job.modifier, sockets.LATTICE)
+    if lattice is None:
+        raise problem.Problem(problem.NO_LATTICE)
+    if lattice.type != "LATTICE":
+        raise problem.Problem(problem.not_a_lattice(lattice.name, lattice.type))
+    return lattice.evaluated_get(job.depsgraph)
+
+
+def _influence(job: Job, settings: Settings, count: int) -> tuple[NDArray[np.float32] | None, list[str]]:
+    """(V,) in [0, 1], or None for 1 everywhere, and what is wrong with the vertex group."""
+    problems: list[str] = []
+    mask = None
+    if settings.vertex_group:
+        if settings.vertex_group in job.obj.vertex_groups:
+            mask = job.attribute(node_group.MASK, "value", 1, np.float32)
+        else:
+            problems.append(problem.no_vertex_group(settings.vertex_group))
+    if mask is None:
+        everywhere = settings.strength >= 1.0
+        return (None if everywhere else np.full(count, settings.strength, np.float32)), problems
+    return np.clip(mask[:count] * np.float32(settings.strength), 0.0, 1.0), problems
+
+
+def _triangles(
+    job: Job, memory: Memory, modifiers: list[bpy.types.Modifier], count: int
+) -> tuple[NDArray[np.int32] | None, str]:
+    """Triangles of what entered, or None and the reason in plain words."""
+    triangles = memory.faces.read(job.obj_evaluated.data, job.obj.data, count, job.mesh_edited)
+    if triangles is None:
+        others = [*stack.preceding(modifiers, job.modifier), *stack.following(modifiers, job.modifier)]
+        return None, problem.faces_hidden_by([modifier.name for modifier in others])
+    return (triangles, "") if len(triangles) else (None, problem.NO_FACES)
+
+
+def _with_rest_volume(job: Job, memory: Memory, request: Request, result: bpy.types.Object | None) -> Request:
+    """The request with the volume kept in the file; where none is kept yet, what enters now is."""
+    if result is None:
+        return request
+    volume = result.get(results.REST_VOLUME)
+    if volume is None:
+        volume = memory.solver.incoming_volume(request)
+        if volume is not None:
+            results.keep_rest(result, volume, job.obj)
+    return replace(request, rest_volume=volume)
+
+
+def _between(modifiers: list[bpy.types.Modifier], modifier: bpy.types.Modifier) -> list[str]:
+    """The problem of others that stand between the one of ours before and this one."""
+    place = modifiers.index(modifier)
+    before = [index for index in range(place) if stack.is_ours(modifiers[index])]
+    if not before or before[-1] == place - 1:
+        return []
+    return [problem.between([other.name for other in modifiers[before[-1] + 1 : place]])]

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The operators: isochor.add and isochor.remove."""
+
+import bpy
+import numpy as np
+
+from ..core.fit import axes_of, box_matrix
+from ..tool import adding, removing, stack
+
+BASIS_ITEMS = (
+    ("BERNSTEIN", "Bernstein", "Every control point reaches everywhere, smoothly"),
+    (
+        "BSPLINE",
+        "B-Spline",
+        "Each control point reaches its neighbourhood; the lattice is one layer larger on each side",
+    ),
+)
+FIT_ITEMS = (
+    ("LOCAL", "Local", "Along the active object's axes"),
+    ("WORLD", "World", "Along the world's axes"),
+)
+
+
+class ISOCHOR_OT_add(bpy.types.Operator):
+    """Fit a lattice to the selected meshes and deform them with it, keeping their volume"""
+
+    bl_idname = "isochor.add"
+    bl_label = "Add Volume Lattice"
+    bl_options = {"REGISTER", "UNDO"}
+
+    resolution: bpy.props.IntVectorProperty(
+        name="Resolution", description="Points of the lattice on each axis", default=(4, 4, 4), min=1, max=64, size=3
+    )
+    basis: bpy.props.EnumProperty(name="Basis", description="How control points blend", items=BASIS_ITEMS)
+    fit: bpy.props.EnumProperty(name="Fit", description="Which way the box of the lattice stands", items=FIT_ITEMS)
+    margin: bpy.props.FloatProperty(
+        name="Margin",
+        description="Room on each side, as a fraction of the box's size",
+        default=0.05,
+        min=0.0,
+        soft_max=1.0,
+    )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if chosen_meshes(context):
+            return True
+        cls.poll_message_set("Select a mesh object first")
+        return False
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        objects = chosen_meshes(context)
+        foreign = [obj.name for obj in objects if not obj.is_editable]
+        if foreign:
+            self.report({"ERROR"}, f"{', '.join(foreign)} comes from another file: make it local or override it first")
+            return {"CANCELLED"}
+        points = np.concatenate([adding.world_points(obj, context) for obj in objects])
+        if not len(points):
+            self.report({"ERROR"}, "There are no vertices to fit a lattice to: select a mesh that has some")
+            return {"CANCELLED"}
+        shape = tuple(self.resolution)
+        axes = axes_of(np.array(objects[0].matrix_world)) if self.fit == "LOCAL" else np.eye(3)
+        matrix = box_matrix(points, axes, self.margin, shape, self.basis)
+        lattice = adding.new_lattice(f"{objects[0].name} Lattice", shape, matrix, context)
+        problems = adding.add_modifiers(objects, lattice, self.basis, context)
+        for text in problems:
+            self.report({"WARNING"}, text)
+        return {"FINISHED"}
+
+
+class ISOCHOR_OT_remove(bpy.types.Operator):
+    """Take the Volume Lattice away, with its lattice if nothing else uses it"""
+
+    bl_idname = "isochor.remove"
+    bl_label = "Remove Volume Lattice"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if context.object is not None and stack.ours(context.object):
+            return True
+        cls.poll_message_set("The active object has no Volume Lattice")
+        return False
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        obj = context.object
+        modifiers = stack.ours(obj)
+        active = obj.modifiers.active
+        removing.remove(obj, active if active in modifiers else modifiers[-1])
+        return {"FINISHED"}
+
+
+def chosen_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """The active mesh first, then the other selected ones; the active one alone where it is not selected."""
+    active = context.object
+    meshes = [obj for obj in context.selected_objects if obj.type == "MESH" and obj != active]
+    return [active, *meshes] if active is not None and active.type == "MESH" else meshes
+
+
+CLASSES = (ISOCHOR_OT_add, ISOCHOR_OT_remove)
+
+
+def register() -> None:
+    """Makes the operators known."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """Takes them back, last first."""
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sidebar tab "Isochor": what the active object's Volume Lattice did in the frame shown."""
+
+import textwrap
+
+import bpy
+
+from ..core.report import Report
+from ..tool import stack, state
+from .operators import ISOCHOR_OT_add, ISOCHOR_OT_remove
+
+LINE_WIDTH = 42
+"""Characters of a problem's text on one line: what fits a sidebar of its default width."""
+
+
+class VIEW3D_PT_isochor(bpy.types.Panel):
+    """Numbers and problems of the active object"""
+
+    bl_label = "Volume Lattice"
+    bl_category = "Isochor"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        obj = context.object
+        modifiers = stack.ours(obj) if obj is not None and obj.type == "MESH" else []
+        if not modifiers:
+            layout.label(text="The active object has none")
+        for modifier in modifiers:
+            draw_modifier(layout.box(), obj, modifier)
+        row = layout.row(align=True)
+        row.operator(ISOCHOR_OT_add.bl_idname, text="Add", icon="MOD_LATTICE")
+        row.operator(ISOCHOR_OT_remove.bl_idname, text="Remove", icon="X")
+
+
+def draw_modifier(layout: bpy.types.UILayout, obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
+    """One modifier's numbers."""
+    layout.label(text=modifier.name, icon="MOD_LATTICE")
+    memory = state.recall(obj, modifier)
+    if memory is None:
+        layout.label(text="Not computed yet")
+        return
+    for text in memory.report.problems:
+        draw_text(layout, text, "ERROR")
+    if memory.report.inside_out:
+        draw_text(layout, "The mesh is inside out: its volume counts as negative, and is kept all the same", "INFO")
+    grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
+    for name, value in rows(memory.report):
+        grid.label(text=name)
+        grid.label(text=value)
+
+
+def draw_text(layout: bpy.types.UILayout, text: str, icon: str) -> None:
+    """Text over as many lines as it needs."""
+    column = layout.column(align=True)
+    for number, line in enumerate(textwrap.wrap(text, LINE_WIDTH)):
+        column.label(text=line, icon=icon if number == 0 else "BLANK1")
+
+
+def rows(report: Report) -> list[tuple[str, str]]:
+    """Name and value of each number that is known."""
+    found: list[tuple[str, str]] = []
+    if report.result is not None:
+        found += [
+            ("Target volume", f"{report.target:.6g}"),
+            ("Lattice alone", f"{report.volume_before:.6g} ({percent(report.volume_before, report.target)})"),
+            ("Corrected", f"{report.volume:.6g}"),
+            ("Error", f"{report.error:.1e}"),
+            ("Points moved up to", f"{report.largest_displacement:.4g}"),
+        ]
+    if report.vertices_outside is not None:
+        found.append(("Vertices outside", f"{report.vertices_outside}"))
+    if report.result is not None:
+        found.append(("Computed on", report.device))
+    found.append(("Time", f"{report.milliseconds:.1f} ms"))
+    return found
+
+
+def percent(volume: float, target: float) -> str:
+    """Gain or loss against the target, signed."""
+    return f"{(volume / target - 1.0) * 100.0:+.1f} %" if target else "–"
+
+
+def register() -> None:
+    """Adds the tab."""
+    bpy.utils.register_class(VIEW3D_PT_isochor)
+
+
+def unregister() -> None:
+    """Takes it away."""
+    bpy.utils.unregister_class(VIEW3D_PT_isochor)
