@@ -49,7 +49,8 @@ impl AxisBasis {
         check_count(count)?;
         let degree = degree_for(count, degree)?;
         let inner = count - degree;
-        let knots = (0..=count + degree).map(|i| i.clamp(degree, count) - degree).map(|i| i as f64 / inner as f64);
+        let knots =
+            (0..=count + degree).map(|i| i.clamp(degree, count) - degree).map(|i| i as f64 / inner as f64);
         Self::with_knots(count, degree, knots.collect())
     }
 
@@ -70,7 +71,10 @@ impl AxisBasis {
             )));
         }
         if let Some(i) = knots.iter().position(|k| !k.is_finite()) {
-            return Err(Error::Lattice(format!("knots: found {} at index {i}, expected finite numbers", knots[i])));
+            return Err(Error::Lattice(format!(
+                "knots: found {} at index {i}, expected finite numbers",
+                knots[i]
+            )));
         }
         if let Some(i) = knots.windows(2).position(|pair| pair[0] > pair[1]) {
             return Err(Error::Lattice(format!(

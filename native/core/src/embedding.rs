@@ -109,10 +109,14 @@ impl Embedding {
         for (v, &s) in slot.iter().enumerate() {
             vertex[s as usize] = v as u32;
         }
-        let blocks = |pick: &(dyn Fn(usize) -> f64 + Sync), empty: f64| -> Vec<Lanes> {
+        let blocks = |pick: &(dyn Fn(usize) -> f64 + Sync)| -> Vec<Lanes> {
             vertex
                 .par_chunks_exact(LANES)
-                .map(|lanes| Lanes::from_fn(|l| if lanes[l] == EMPTY { empty } else { pick(lanes[l] as usize) }))
+                .map(|lanes| {
+                    Lanes(std::array::from_fn(
+                        |l| if lanes[l] == EMPTY { 0.0 } else { pick(lanes[l] as usize) },
+                    ))
+                })
                 .collect()
         };
         let parameter = vertex
@@ -120,14 +124,14 @@ impl Embedding {
             .map(|lanes| {
                 // Empty lanes repeat the block's first vertex, whose parameters suit the cell.
                 let of = |l: usize| &located[(if lanes[l] == EMPTY { lanes[0] } else { lanes[l] }) as usize];
-                std::array::from_fn(|axis| Lanes::from_fn(|l| of(l).parameter[axis]))
+                std::array::from_fn(|axis| Lanes(std::array::from_fn(|l| of(l).parameter[axis])))
             })
             .collect();
         Self {
             tasks,
             parameter,
-            influence: blocks(&|v| located[v].influence, 0.0),
-            rest: std::array::from_fn(|axis| blocks(&|v| vertices[v][axis].to_f64(), 0.0)),
+            influence: blocks(&|v| located[v].influence),
+            rest: std::array::from_fn(|axis| blocks(&|v| vertices[v][axis].to_f64())),
             outside: located.iter().filter(|l| l.beyond.as_flattened().contains(&true)).count(),
             beyond: std::array::from_fn(|axis| {
                 std::array::from_fn(|side| located.iter().any(|l| l.beyond[axis][side]))
@@ -152,9 +156,12 @@ impl Embedding {
             offsets.push(end);
         }
         let mut walk = vec![0u32; end as usize];
-        let runs = split(&mut walk, self.tasks.iter().map(|task| {
-            (offsets[task.blocks.end * LANES] - offsets[task.blocks.start * LANES]) as usize
-        }));
+        let runs = split(
+            &mut walk,
+            self.tasks
+                .iter()
+                .map(|task| (offsets[task.blocks.end * LANES] - offsets[task.blocks.start * LANES]) as usize),
+        );
         self.tasks.par_iter().zip(runs).for_each(|(task, run)| {
             let vertices = self.vertex[task.blocks.start * LANES..task.blocks.end * LANES].iter();
             let neighbours = vertices.filter(|&&v| v != EMPTY).flat_map(|&v| surface.around(v as usize));
@@ -174,7 +181,8 @@ pub(crate) struct Walks {
 /// Counting sort of the vertices by cell: tasks, the slot of each vertex, and the number of slots.
 fn sort_by_cell(lattice: &Lattice, located: &[Located]) -> (Vec<Task>, Vec<u32>, usize) {
     let cells = lattice.axes().each_ref().map(|axis| axis.cells());
-    let flat = |cell: [u16; 3]| (cell[0] as usize * cells[1] + cell[1] as usize) * cells[2] + cell[2] as usize;
+    let flat =
+        |cell: [u16; 3]| (cell[0] as usize * cells[1] + cell[1] as usize) * cells[2] + cell[2] as usize;
     let mut count = vec![0usize; cells.iter().product()];
     located.iter().for_each(|l| count[flat(l.cell)] += 1);
 

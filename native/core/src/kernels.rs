@@ -7,7 +7,7 @@
 use glam::DMat3;
 
 use crate::basis::{MAX_POINTS, Span};
-use crate::lanes::{Kernel, Lanes, multiply_add};
+use crate::lanes::{Kernel, LANES, Lanes, multiply_add};
 
 /// Coordinate arrays x, y, z of vertices in slot order.
 pub(crate) type Columns<'a> = [&'a [Lanes]; 3];
@@ -48,8 +48,8 @@ impl Cell<'_> {
                 for weight in weights[..order].iter_mut() {
                     let [left, right, inverse] = steps[step];
                     let part = weight.times(Lanes::splat(inverse));
-                    *weight = Lanes::from_fn(|l| multiply_add::<FUSED>(right - t.0[l], part.0[l], carried.0[l]));
-                    carried = Lanes::from_fn(|l| (t.0[l] - left) * part.0[l]);
+                    *weight = Lanes::splat(right).minus(t).multiply_add::<FUSED>(part, carried);
+                    carried = t.minus(Lanes::splat(left)).times(part);
                     step += 1;
                 }
                 weights[order] = carried;
@@ -87,16 +87,16 @@ impl Deform<'_> {
         for block in 0..self.cell.parameter.len() {
             self.cell.weights::<FUSED, MAX>(taps, block, &mut weights);
             let mut moved = [Lanes::ZERO; 3];
-            let mut at = 0;
+            let mut rows = self.displacement.chunks_exact(3 * taps[2]);
             for wu in &weights[0][..taps[0]] {
                 let mut plane = [Lanes::ZERO; 3];
                 for wv in &weights[1][..taps[1]] {
+                    let Some(points) = rows.next() else { break };
                     let mut row = [Lanes::ZERO; 3];
-                    for ww in &weights[2][..taps[2]] {
+                    for (ww, point) in weights[2][..taps[2]].iter().zip(points.as_chunks::<3>().0) {
                         for c in 0..3 {
-                            row[c] = ww.multiply_add::<FUSED>(Lanes::splat(self.displacement[at + c]), row[c]);
+                            row[c] = ww.multiply_add::<FUSED>(Lanes::splat(point[c]), row[c]);
                         }
-                        at += 3;
                     }
                     for c in 0..3 {
                         plane[c] = wv.multiply_add::<FUSED>(row[c], plane[c]);
@@ -107,13 +107,13 @@ impl Deform<'_> {
                 }
             }
             let influence = self.cell.influence[block];
-            let mut point: [Lanes; 3] = std::array::from_fn(|c| {
-                influence.multiply_add::<FUSED>(moved[c], self.rest[c][block])
-            });
-            if let Some(map) = self.map {
-                point = transform(map, point);
+            for (moved, rest) in moved.iter_mut().zip(&self.rest) {
+                *moved = influence.multiply_add::<FUSED>(*moved, rest[block]);
             }
-            [x[block], y[block], z[block]] = point;
+            if let Some(map) = self.map {
+                moved = transform::<FUSED>(map, moved);
+            }
+            [x[block], y[block], z[block]] = moved;
         }
     }
 }
@@ -127,11 +127,15 @@ impl Kernel for Deform<'_> {
 }
 
 #[inline(always)]
-fn transform(map: DMat3, point: [Lanes; 3]) -> [Lanes; 3] {
-    std::array::from_fn(|row| {
-        let m = [map.x_axis[row], map.y_axis[row], map.z_axis[row]];
-        Lanes::from_fn(|l| m[0] * point[0].0[l] + m[1] * point[1].0[l] + m[2] * point[2].0[l])
-    })
+fn transform<const FUSED: bool>(map: DMat3, point: [Lanes; 3]) -> [Lanes; 3] {
+    let columns = [map.x_axis.to_array(), map.y_axis.to_array(), map.z_axis.to_array()];
+    let mut mapped = [Lanes::ZERO; 3];
+    for row in 0..3 {
+        for (column, part) in columns.iter().zip(&point) {
+            mapped[row] = part.multiply_add::<FUSED>(Lanes::splat(column[row]), mapped[row]);
+        }
+    }
+    mapped
 }
 
 /// `coordinate += influence * B delta` for one coordinate: a step of the correction.
@@ -149,14 +153,14 @@ impl Shift<'_> {
         for (block, coordinate) in self.coordinate.iter_mut().enumerate() {
             self.cell.weights::<FUSED, MAX>(taps, block, &mut weights);
             let mut moved = Lanes::ZERO;
-            let mut at = 0;
+            let mut rows = self.delta.chunks_exact(taps[2]);
             for wu in &weights[0][..taps[0]] {
                 let mut plane = Lanes::ZERO;
                 for wv in &weights[1][..taps[1]] {
+                    let Some(points) = rows.next() else { break };
                     let mut row = Lanes::ZERO;
-                    for ww in &weights[2][..taps[2]] {
-                        row = ww.multiply_add::<FUSED>(Lanes::splat(self.delta[at]), row);
-                        at += 1;
+                    for (ww, point) in weights[2][..taps[2]].iter().zip(points) {
+                        row = ww.multiply_add::<FUSED>(Lanes::splat(*point), row);
                     }
                     plane = wv.multiply_add::<FUSED>(row, plane);
                 }
@@ -227,20 +231,23 @@ impl Reduce<'_> {
         let mut sums = vec![Lanes::ZERO; taps[0] * taps[1] * taps[2]];
         let mut volume = Lanes::ZERO;
         for block in 0..self.cell.parameter.len() {
-            let slot = self.first_slot + block * crate::lanes::LANES;
-            let gradient = Lanes::from_fn(|lane| self.gradient::<FUSED>(slot + lane));
-            let along = Lanes::from_fn(|lane| self.along[slot + lane] - self.middle);
+            let slot = self.first_slot + block * LANES;
+            let (mut gradient, mut along) = (Lanes::ZERO, Lanes::ZERO);
+            for lane in 0..LANES {
+                gradient.0[lane] = self.gradient::<FUSED>(slot + lane);
+                along.0[lane] = self.along[slot + lane] - self.middle;
+            }
             volume = along.multiply_add::<FUSED>(gradient, volume);
             self.cell.weights::<FUSED, MAX>(taps, block, &mut weights);
             let pull = gradient.times(self.cell.influence[block]);
-            let mut at = 0;
+            let mut rows = sums.chunks_exact_mut(taps[2]);
             for wu in &weights[0][..taps[0]] {
                 let plane = pull.times(*wu);
                 for wv in &weights[1][..taps[1]] {
+                    let Some(sums) = rows.next() else { break };
                     let row = plane.times(*wv);
-                    for ww in &weights[2][..taps[2]] {
-                        sums[at] = row.multiply_add::<FUSED>(*ww, sums[at]);
-                        at += 1;
+                    for (ww, sum) in weights[2][..taps[2]].iter().zip(sums) {
+                        *sum = row.multiply_add::<FUSED>(*ww, *sum);
                     }
                 }
             }

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Eight vertices at a time, compiled for the widest vector unit at hand.
+//!
+//! Everything that runs inside a kernel is a plain loop in an `#[inline(always)]` function: closures handed to the standard
+//! library (`array::from_fn`, `map`) are compiled outside the kernel, without its vector unit.
 
 /// Vertices that one step of a kernel works on: one AVX-512 register of float64, two AVX ones, four NEON ones.
 pub(crate) const LANES: usize = 8;
@@ -18,22 +21,31 @@ impl Lanes {
         Self([value; LANES])
     }
 
-    /// `f` of each lane's index.
-    #[inline(always)]
-    pub(crate) fn from_fn(f: impl FnMut(usize) -> f64) -> Self {
-        Self(std::array::from_fn(f))
-    }
-
     /// Lane by lane product.
     #[inline(always)]
-    pub(crate) fn times(self, other: Self) -> Self {
-        Self::from_fn(|lane| self.0[lane] * other.0[lane])
+    pub(crate) fn times(mut self, other: Self) -> Self {
+        for lane in 0..LANES {
+            self.0[lane] *= other.0[lane];
+        }
+        self
+    }
+
+    /// Lane by lane difference.
+    #[inline(always)]
+    pub(crate) fn minus(mut self, other: Self) -> Self {
+        for lane in 0..LANES {
+            self.0[lane] -= other.0[lane];
+        }
+        self
     }
 
     /// `self * factor + term`, lane by lane, rounded once where `FUSED`.
     #[inline(always)]
-    pub(crate) fn multiply_add<const FUSED: bool>(self, factor: Self, term: Self) -> Self {
-        Self::from_fn(|lane| multiply_add::<FUSED>(self.0[lane], factor.0[lane], term.0[lane]))
+    pub(crate) fn multiply_add<const FUSED: bool>(mut self, factor: Self, term: Self) -> Self {
+        for lane in 0..LANES {
+            self.0[lane] = multiply_add::<FUSED>(self.0[lane], factor.0[lane], term.0[lane]);
+        }
+        self
     }
 
     /// Sum over the lanes, pairwise.

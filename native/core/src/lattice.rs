@@ -35,7 +35,9 @@ impl Lattice {
     /// [`Error::Lattice`] where the frame is not finite or encloses no space.
     pub fn new(axes: [AxisBasis; 3], origin: DVec3, edges: DMat3) -> Result<Self> {
         if !origin.is_finite() || !edges.is_finite() {
-            return Err(Error::Lattice("lattice frame: found NaN or infinity, expected finite numbers".into()));
+            return Err(Error::Lattice(
+                "lattice frame: found NaN or infinity, expected finite numbers".into(),
+            ));
         }
         let lengths = [edges.x_axis.length(), edges.y_axis.length(), edges.z_axis.length()];
         if let Some(axis) = lengths.iter().position(|&length| length == 0.0) {
@@ -44,8 +46,9 @@ impl Lattice {
                 ["s", "t", "u"][axis]
             )));
         }
-        let unit = DMat3::from_cols(edges.x_axis / lengths[0], edges.y_axis / lengths[1], edges.z_axis / lengths[2]);
-        if !(unit.determinant().abs() > FLAT_FRAME) {
+        let unit =
+            DMat3::from_cols(edges.x_axis / lengths[0], edges.y_axis / lengths[1], edges.z_axis / lengths[2]);
+        if unit.determinant().abs() <= FLAT_FRAME {
             return Err(Error::Lattice(format!(
                 "lattice frame: the edges {:?}, {:?}, {:?} lie in one plane, expected three independent directions",
                 edges.x_axis.to_array(),
@@ -64,10 +67,14 @@ impl Lattice {
     /// [`Error::Lattice`] without points, with non-finite points, or with a margin that leaves no box.
     pub fn around(axes: [AxisBasis; 3], points: &[DVec3], margin: f64) -> Result<Self> {
         if points.is_empty() {
-            return Err(Error::Lattice("points: found none, expected at least one to put a lattice around".into()));
+            return Err(Error::Lattice(
+                "points: found none, expected at least one to put a lattice around".into(),
+            ));
         }
         if let Some(i) = points.iter().position(|p| !p.is_finite()) {
-            return Err(Error::Lattice(format!("points: found NaN or infinity at index {i}, expected finite numbers")));
+            return Err(Error::Lattice(format!(
+                "points: found NaN or infinity at index {i}, expected finite numbers"
+            )));
         }
         if !(margin.is_finite() && margin > -0.5) {
             return Err(Error::Lattice(format!(
@@ -121,7 +128,8 @@ impl Lattice {
     /// Control points at rest, `k` fastest: at the Greville abscissae, where the lattice is the identity map (linear
     /// precision).
     pub fn rest(&self) -> Vec<DVec3> {
-        let [s, t, u] = self.axes.each_ref().map(|axis| (0..axis.count()).map(|i| axis.greville(i)).collect::<Vec<_>>());
+        let [s, t, u] =
+            self.axes.each_ref().map(|axis| (0..axis.count()).map(|i| axis.greville(i)).collect::<Vec<_>>());
         let mut points = Vec::with_capacity(self.len());
         for &si in &s {
             for &tj in &t {

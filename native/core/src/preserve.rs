@@ -42,7 +42,14 @@ pub struct Preserve {
 
 impl Default for Preserve {
     fn default() -> Self {
-        Self { axes: [1.0; 3], frame: None, method: Method::Balanced, weights: None, target: None, amount: 1.0 }
+        Self {
+            axes: [1.0; 3],
+            frame: None,
+            method: Method::Balanced,
+            weights: None,
+            target: None,
+            amount: 1.0,
+        }
     }
 }
 
@@ -62,6 +69,13 @@ pub struct Preserved {
 /// An axis whose coefficients are smaller than this fraction of the squared extent of the lattice is flat: rounding alone
 /// makes coefficients of about 1e-15 of it.
 const FLAT_AXIS: f64 = 1e-12;
+
+/// A frame whose unit directions enclose less than this volume has lost twelve of float64's sixteen digits.
+const FLAT_FRAME: f64 = 1e-12;
+
+/// A volume smaller than this fraction of the cube over the lattice's extent is zero but for rounding: it has no sign and no
+/// ratio to another.
+const NO_VOLUME: f64 = 1e-12;
 
 /// Rounds over the axes at most: one, a second where an axis was flat, a third without those still flat.
 const MAX_ROUNDS: u32 = 3;
@@ -177,7 +191,9 @@ impl<T: Scalar> Correction<'_, T> {
         let target = before + options.amount * (wanted - before);
         let ratio = target / before;
         let method = match options.method {
-            Method::Balanced if ratio.is_finite() && ratio > 0.0 => Method::Balanced,
+            Method::Balanced if before.abs() > NO_VOLUME * self.extent.powi(3) && ratio > 0.0 => {
+                Method::Balanced
+            }
             _ => Method::Sweep,
         };
         if target == before {
@@ -261,9 +277,12 @@ struct Frame {
 impl Frame {
     fn new(rows: Option<[DVec3; 3]>) -> Result<Self> {
         let Some(rows) = rows else { return Ok(Self { directions: None, determinant: 1.0 }) };
+        if rows.iter().any(|row| !row.is_finite()) {
+            return Err(Error::Volume(format!("frame: found {rows:?}, expected finite numbers")));
+        }
         let columns = DMat3::from_cols(rows[0].normalize(), rows[1].normalize(), rows[2].normalize());
         let determinant = columns.determinant();
-        if !(determinant.abs() > 1e-12) {
+        if determinant.is_nan() || determinant.abs() <= FLAT_FRAME {
             return Err(Error::Volume(format!(
                 "frame: the rows {rows:?} span no space, expected three independent directions"
             )));
@@ -293,7 +312,9 @@ impl Frame {
 
 fn normalised_shares(axes: [f64; 3]) -> Result<[f64; 3]> {
     if axes.iter().any(|share| !share.is_finite() || *share < 0.0) {
-        return Err(Error::Volume(format!("axes: found {axes:?}, expected three finite shares, none negative")));
+        return Err(Error::Volume(format!(
+            "axes: found {axes:?}, expected three finite shares, none negative"
+        )));
     }
     let largest = axes.iter().copied().fold(0.0, f64::max);
     if largest == 0.0 {

@@ -31,7 +31,8 @@ impl ClosedSurface {
     pub fn new(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<Self> {
         if triangles.is_empty() {
             return Err(Error::Mesh(
-                "triangles: found none, expected a closed surface; only a mesh with faces encloses a volume".into(),
+                "triangles: found none, expected a closed surface; only a mesh with faces encloses a volume"
+                    .into(),
             ));
         }
         if let Some(f) = triangles.iter().position(|[a, b, c]| a == b || b == c || c == a) {
@@ -131,7 +132,11 @@ fn join_cycles(mut cycles: Vec<Vec<u32>>) -> Vec<u32> {
         return cycles.swap_remove(0);
     }
     let anchor = cycles.first().map(|cycle| cycle[0]);
-    cycles.into_iter().flat_map(|cycle| [cycle.clone(), vec![cycle[0]], Vec::from_iter(anchor)]).flatten().collect()
+    cycles
+        .into_iter()
+        .flat_map(|cycle| [cycle.clone(), vec![cycle[0]], Vec::from_iter(anchor)])
+        .flatten()
+        .collect()
 }
 
 /// Counts the edges that are not used once in each direction, by kind, and names the first of each kind.
@@ -159,7 +164,9 @@ fn describe_broken_edges(triangles: &[[u32; 3]]) -> String {
         "non-manifold (used by more than two triangles; remove inner faces)",
         "inconsistently wound (used twice in one direction; recalculate the normals)",
     ];
-    let mut text = String::from("the surface does not enclose a volume, expected every edge to be used once in each direction:");
+    let mut text = String::from(
+        "the surface does not enclose a volume, expected every edge to be used once in each direction:",
+    );
     for (name, found) in names.iter().zip(kinds) {
         if let Some((count, a, b, face)) = found {
             let _ = write!(text, " {count} edges are {name}, the first is edge {a}-{b} of triangle {face};");
@@ -189,7 +196,8 @@ impl Measure {
             .into_par_iter()
             .map(|piece| {
                 let all = piece * PIECE..((piece + 1) * PIECE).min(vertex_count);
-                all.map(&vertex).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)))
+                all.map(&vertex)
+                    .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)))
             })
             .reduce(|| (DVec3::INFINITY, DVec3::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
         let middle = if vertex_count == 0 { DVec3::ZERO } else { (low + high) * 0.5 };

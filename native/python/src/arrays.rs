@@ -90,21 +90,37 @@ impl Argument {
             .import("numpy")?
             .call_method1("asarray", (&object.0,))
             .and_then(|array| Ok(array.cast_into::<PyUntypedArray>()?))
-            .map_err(|cause| self.error(format!("found {}, expected {}: {cause}", type_name(&object.0), numbers.name())))?;
+            .map_err(|cause| {
+                self.error(format!("found {}, expected {}: {cause}", type_name(&object.0), numbers.name()))
+            })?;
         if array.len() > 0 && !numbers.allows(array.dtype().kind()) {
             return Err(self.error(format!("found dtype {}, expected {}", array.dtype(), numbers.name())));
         }
         let fits = array.shape().len() == shape.len()
-            && array.shape().iter().zip(shape).all(|(&found, wanted)| wanted.is_none_or(|wanted| found == wanted));
+            && array
+                .shape()
+                .iter()
+                .zip(shape)
+                .all(|(&found, wanted)| wanted.is_none_or(|wanted| found == wanted));
         if !fits {
-            let wanted: Vec<String> = shape.iter().map(|n| n.map_or("any".into(), |n| n.to_string())).collect();
-            return Err(self.error(format!("found shape {:?}, expected ({})", array.shape(), wanted.join(", "))));
+            let wanted: Vec<String> =
+                shape.iter().map(|n| n.map_or("any".into(), |n| n.to_string())).collect();
+            return Err(self.error(format!(
+                "found shape {:?}, expected ({})",
+                array.shape(),
+                wanted.join(", ")
+            )));
         }
         Ok(array)
     }
 
     /// All numbers as float64, in C order.
-    pub(crate) fn floats(self, object: &ArrayLike<'_>, numbers: Numbers, shape: &[Option<usize>]) -> PyResult<Vec<f64>> {
+    pub(crate) fn floats(
+        self,
+        object: &ArrayLike<'_>,
+        numbers: Numbers,
+        shape: &[Option<usize>],
+    ) -> PyResult<Vec<f64>> {
         converted(&self.array(object, numbers, shape)?, "float64")
     }
 
@@ -140,14 +156,18 @@ impl Argument {
         let values: Vec<i64> = converted(&self.array(object, Numbers::Integers, shape)?, "int64")?;
         let count = |axis: usize| {
             let value = values[if one { 0 } else { axis }];
-            usize::try_from(value).map_err(|_| self.error(format!("found {value}, expected no negative number")))
+            usize::try_from(value)
+                .map_err(|_| self.error(format!("found {value}, expected no negative number")))
         };
         Ok([count(0)?, count(1)?, count(2)?])
     }
 }
 
 /// The array's numbers in C order, converted by numpy.
-pub(crate) fn converted<T: Element + Copy>(array: &Bound<'_, PyUntypedArray>, dtype: &str) -> PyResult<Vec<T>> {
+pub(crate) fn converted<T: Element + Copy>(
+    array: &Bound<'_, PyUntypedArray>,
+    dtype: &str,
+) -> PyResult<Vec<T>> {
     let contiguous = contiguous(array, dtype)?;
     let typed = contiguous.cast::<PyArrayDyn<T>>()?.readonly();
     Ok(typed.as_slice()?.to_vec())
@@ -180,8 +200,10 @@ impl Hint for f64 {
 pub(crate) struct OfVertices;
 
 impl Hint for OfVertices {
-    const HINT: PyStaticExpr =
-        type_hint_union!(type_hint_identifier!("numpy", "float32"), type_hint_identifier!("numpy", "float64"));
+    const HINT: PyStaticExpr = type_hint_union!(
+        type_hint_identifier!("numpy", "float32"),
+        type_hint_identifier!("numpy", "float64")
+    );
 }
 
 impl<'py, T: Hint> NdArray<'py, T> {
@@ -201,7 +223,8 @@ impl<'py, T: Hint> IntoPyObject<'py> for NdArray<'py, T> {
     type Target = PyUntypedArray;
     type Output = Bound<'py, PyUntypedArray>;
     type Error = Infallible;
-    const OUTPUT_TYPE: PyStaticExpr = type_hint_subscript!(type_hint_identifier!("numpy.typing", "NDArray"), T::HINT);
+    const OUTPUT_TYPE: PyStaticExpr =
+        type_hint_subscript!(type_hint_identifier!("numpy.typing", "NDArray"), T::HINT);
 
     fn into_pyobject(self, _: Python<'py>) -> Result<Self::Output, Infallible> {
         Ok(self.0)

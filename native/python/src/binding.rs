@@ -151,8 +151,12 @@ impl Binding {
         py.detach(|| {
             let mut precise = self.shared.write().unwrap_or_else(PoisonError::into_inner);
             match (&mut *precise, vertices) {
-                (Precise::Single(core), Some(VertexRows::Single(rows))) => core.update(Some(rows), lattice, influence),
-                (Precise::Double(core), Some(VertexRows::Double(rows))) => core.update(Some(rows), lattice, influence),
+                (Precise::Single(core), Some(VertexRows::Single(rows))) => {
+                    core.update(Some(rows), lattice, influence)
+                }
+                (Precise::Double(core), Some(VertexRows::Double(rows))) => {
+                    core.update(Some(rows), lattice, influence)
+                }
                 (Precise::Single(core), None) => core.update(None, lattice, influence),
                 (Precise::Double(core), None) => core.update(None, lattice, influence),
                 _ => Err(changed_precision()),
@@ -165,8 +169,11 @@ impl Binding {
     /// volume paper. Raises LatticeError.
     fn deform<'py>(&self, py: Python<'py>, control: ArrayLike<'py>) -> PyResult<NdArray<'py, OfVertices>> {
         let control = Argument::lattice("control").control(&control, self.shape(py))?;
-        let (array, ()) =
-            self.with_output(py, |core, out| core.deform(&control, out), |core, out| core.deform(&control, out))?;
+        let (array, ()) = self.with_output(
+            py,
+            |core, out| core.deform(&control, out),
+            |core, out| core.deform(&control, out),
+        )?;
         Ok(NdArray::of(array))
     }
 
@@ -226,12 +233,15 @@ impl Binding {
         amount: f64,
     ) -> PyResult<Preserved> {
         if pins.is_some() {
-            return Err(PinError::new_err("pins: found some, expected None; pins are not available in this version"));
+            return Err(PinError::new_err(
+                "pins: found some, expected None; pins are not available in this version",
+            ));
         }
         let shape = self.shape(py);
         let control = Argument::lattice("control").control(&control, shape)?;
         let options = Preserve {
-            axes: axes.map_or(Ok([1.0; 3]), |axes| Argument::volume("axes").vector(&axes).map(|a| a.to_array()))?,
+            axes: axes
+                .map_or(Ok([1.0; 3]), |axes| Argument::volume("axes").vector(&axes).map(|a| a.to_array()))?,
             frame: frame.map(|frame| Argument::volume("frame").rows(&frame)).transpose()?,
             method: method.0,
             weights: weights.map(|weights| point_weights(&weights, shape)).transpose()?,
@@ -253,7 +263,11 @@ impl Binding {
 }
 
 /// Measures vertices of a result on the binding's triangles.
-pub(crate) fn measure(py: Python<'_>, shared: &Shared, vertices: &Bound<'_, PyUntypedArray>) -> PyResult<Measure> {
+pub(crate) fn measure(
+    py: Python<'_>,
+    shared: &Shared,
+    vertices: &Bound<'_, PyUntypedArray>,
+) -> PyResult<Measure> {
     if let Ok(array) = vertices.cast::<PyArrayDyn<f32>>() {
         let rows = rows(array.readonly().as_slice()?.to_vec());
         return measured(py, shared, |precise| match precise {
@@ -281,7 +295,9 @@ fn rows<T: Copy>(flat: Vec<T>) -> Vec<[T; 3]> {
 }
 
 fn changed_precision() -> isochor_core::Error {
-    isochor_core::Error::Mesh("vertices: found another float type than was bound, expected the same; convert them".into())
+    isochor_core::Error::Mesh(
+        "vertices: found another float type than was bound, expected the same; convert them".into(),
+    )
 }
 
 /// Triangles (F, 3) of any integer type.

@@ -41,11 +41,13 @@ impl Lattice {
         weights: Option<ArrayLike<'_>>,
     ) -> PyResult<Self> {
         if weights.is_some() {
-            return Err(Argument::lattice("weights")
-                .error("found an array, expected None; rational lattices are not available in this version"));
+            return Err(Argument::lattice("weights").error(
+                "found an array, expected None; rational lattices are not available in this version",
+            ));
         }
         let axes = axes(shape, basis, degree, knots)?;
-        let origin = origin.map_or(Ok(isochor_core::DVec3::ZERO), |o| Argument::lattice("origin").vector(&o))?;
+        let origin =
+            origin.map_or(Ok(isochor_core::DVec3::ZERO), |o| Argument::lattice("origin").vector(&o))?;
         let edges = match edges {
             Some(edges) => {
                 let [s, t, u] = Argument::lattice("edges").rows(&edges)?;
@@ -189,9 +191,15 @@ fn axes(
                     let mut knots = Vec::with_capacity(3);
                     for array in &arrays {
                         let array: ArrayLike<'_> = array.extract()?;
-                        knots.push(Argument::lattice("knots").floats(&array, Numbers::FloatsOrIntegers, &[None])?);
+                        knots.push(Argument::lattice("knots").floats(
+                            &array,
+                            Numbers::FloatsOrIntegers,
+                            &[None],
+                        )?);
                     }
-                    std::array::from_fn(|a| AxisBasis::with_knots(shape[a], degree[a], std::mem::take(&mut knots[a])))
+                    std::array::from_fn(|a| {
+                        AxisBasis::with_knots(shape[a], degree[a], std::mem::take(&mut knots[a]))
+                    })
                 }
             }
         }

@@ -40,9 +40,8 @@ impl FromPyObject<'_, '_> for BasisWord {
         match word(&object).as_str() {
             "bernstein" => Ok(Self::Bernstein),
             "bspline" => Ok(Self::BSpline),
-            other => {
-                Err(Argument::lattice("basis").error(format!("found {other:?}, expected \"bernstein\" or \"bspline\"")))
-            }
+            other => Err(Argument::lattice("basis")
+                .error(format!("found {other:?}, expected \"bernstein\" or \"bspline\""))),
         }
     }
 }
@@ -76,7 +75,9 @@ impl<'py> FromPyObject<'_, 'py> for KnotsWord<'py> {
         let items: PyResult<Vec<_>> = object.try_iter().and_then(Iterator::collect);
         match items {
             Ok(items) if items.len() == 3 => Ok(Self::Given(items)),
-            Ok(items) => Err(Argument::lattice("knots").error(format!("found {} items, {expected}", items.len()))),
+            Ok(items) => {
+                Err(Argument::lattice("knots").error(format!("found {} items, {expected}", items.len())))
+            }
             Err(_) => Err(Argument::lattice("knots").error(format!("found {}, {expected}", word(&object)))),
         }
     }
@@ -93,9 +94,8 @@ impl FromPyObject<'_, '_> for OutsideWord {
         match word(&object).as_str() {
             "keep" => Ok(Self(Outside::Keep)),
             "extend" => Ok(Self(Outside::Extend)),
-            other => {
-                Err(Argument::lattice("outside").error(format!("found {other:?}, expected \"keep\" or \"extend\"")))
-            }
+            other => Err(Argument::lattice("outside")
+                .error(format!("found {other:?}, expected \"keep\" or \"extend\""))),
         }
     }
 }
