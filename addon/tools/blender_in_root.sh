@@ -13,7 +13,10 @@ mkdir -p "$home"
 
 if [ "${ISOCHOR_MOUNTED:-}" != yes ]; then
     as_root=
-    if [ "$(id -u)" -ne 0 ]; then as_root="sudo --preserve-env"; fi
+    # sudo drops the environment: what Blender and the tests are told through it is passed on by name.
+    if [ "$(id -u)" -ne 0 ]; then
+        as_root="sudo CI=${CI:-} BLENDER_USER_RESOURCES=${BLENDER_USER_RESOURCES:-} TMPDIR=${TMPDIR:-/tmp}"
+    fi
     user="$(id -u):$(id -g)"
     if [ -n "${ISOCHOR_PROGRAM:-}" ]; then user=0:0; fi
     # shellcheck disable=SC2086

@@ -9,9 +9,10 @@ import shutil
 from pathlib import Path
 
 import system_packages
-from workspace import BUILD, Command, Unavailable, fail, fingerprint, is_fresh, run, say, status
+from workspace import BUILD, Command, Unavailable, fail, fingerprint, is_fresh, logged_status, run, say
 
 PLACE = BUILD / "blender-root"
+LOG = BUILD / "blender-root.log"
 LAUNCHER = Path(__file__).with_name("blender_in_root.sh")
 KEYRING = Path("/usr/share/keyrings/debian-archive-keyring.gpg")
 SUITE = "sid"
@@ -52,31 +53,24 @@ def _bootstrap() -> None:
         run([*root, "rm", "-rf", "--one-file-system", PLACE])
     PLACE.parent.mkdir(exist_ok=True)
     say(f"unpacking Debian {SUITE} into {PLACE} (for a real Blender 5.2; nothing outside that folder is touched)")
-    log = BUILD / "blender-root.log"
-    bootstrap: Command = ["debootstrap", "--variant=minbase", f"--keyring={KEYRING}", SUITE, PLACE]
     # A mount namespace of its own: whatever debootstrap mounts is gone when it ends.
-    private = ["unshare", "--mount", "--propagation", "private"]
-    if status([*root, *private, "sh", "-c", 'exec "$@" >"$0" 2>&1', log, *bootstrap]) != 0:
-        raise Unavailable(f"debootstrap failed (it needs root and the right to mount): see {log}")
+    private: Command = [*root, "unshare", "--mount", "--propagation", "private"]
+    bootstrap: Command = ["debootstrap", "--variant=minbase", f"--keyring={KEYRING}", SUITE, PLACE]
+    if logged_status([*private, *bootstrap], LOG) != 0:
+        raise Unavailable(f"debootstrap failed (it needs root and the right to mount): see {LOG}")
     _write(PLACE / "etc/apt/apt.conf.d/99dates", DATES)
     _write(done, SUITE)
 
 
 def _install() -> None:
     say(f"installing {' '.join(PACKAGES)} in {PLACE}")
+    root = system_packages.privilege()
+    enter: Command = [*root, "env", "DEBIAN_FRONTEND=noninteractive", "ISOCHOR_PROGRAM=sh", LAUNCHER]
     apt = "apt-get -q -o APT::Sandbox::User=root"
-    enter: Command = [
-        *system_packages.privilege(),
-        "env",
-        "DEBIAN_FRONTEND=noninteractive",
-        "ISOCHOR_PROGRAM=sh",
-        LAUNCHER,
-    ]
     install = f"{apt} update && {apt} install -y --no-install-recommends {' '.join(PACKAGES)}"
     script = f"ln -sf /proc/self/mounts /etc/mtab && {install}"
-    log = BUILD / "blender-root.log"
-    if status(["sh", "-c", 'exec "$@" >>"$0" 2>&1', log, *enter, "-c", script]) != 0:
-        raise Unavailable(f"Blender could not be installed in {PLACE}: see {log}")
+    if logged_status([*enter, "-c", script], LOG) != 0:
+        raise Unavailable(f"Blender could not be installed in {PLACE}: see {LOG}")
 
 
 def _write(path: Path, text: str) -> None:

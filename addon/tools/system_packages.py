@@ -8,7 +8,7 @@ import os
 import shutil
 import sys
 
-from workspace import Unavailable, fail, output, say, status
+from workspace import BUILD, Command, Unavailable, fail, logged_status, output, say
 
 # What the bpy wheel loads at start in a bare Debian 12; Workbench and EEVEE abort without libegl1.
 BPY = "libgl1 libice6 libsm6 libx11-6 libxext6 libxfixes3 libxi6 libxrender1 libxkbcommon0 libegl1".split()
@@ -27,7 +27,7 @@ def privilege() -> list[str]:
     sudo = shutil.which("sudo")
     if sudo is None:
         raise Unavailable("system packages are missing, but this user is not root and there is no sudo")
-    return [sudo, "--preserve-env=DEBIAN_FRONTEND"]
+    return [sudo]
 
 
 def missing(names: list[str]) -> list[str]:
@@ -46,11 +46,12 @@ def install(names: list[str]) -> None:
     if not wanted:
         return
     say(f"installing system packages: {' '.join(wanted)}")
-    apt = [*privilege(), "apt-get", "-q", "-y"]
-    env = {"DEBIAN_FRONTEND": "noninteractive"}
-    status([*apt, "update"], env)  # a stale or partly unreachable list may still hold what is wanted
-    if status([*apt, "install", "--no-install-recommends", *wanted], env) != 0:
-        raise Unavailable(f"apt-get could not install {' '.join(wanted)}: see its message above")
+    BUILD.mkdir(exist_ok=True)
+    log = BUILD / "system-packages.log"
+    apt: Command = [*privilege(), "env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-q", "-y"]
+    logged_status([*apt, "update"], log)  # a partly unreachable list may still hold what is wanted
+    if logged_status([*apt, "install", "--no-install-recommends", *wanted], log) != 0:
+        raise Unavailable(f"apt-get could not install {' '.join(wanted)}: see {log}")
 
 
 def candidate(name: str) -> bool:

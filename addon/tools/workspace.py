@@ -49,6 +49,15 @@ def status(command: Command, env: Mapping[str, str] | None = None, cwd: Path = R
     return subprocess.run([str(part) for part in command], check=False, cwd=cwd, env=environment(env)).returncode
 
 
+def logged_status(command: Command, log: Path) -> int:
+    """Runs a command with its output appended to the log instead of shown, and returns its exit status."""
+    with log.open("ab") as file:
+        file.write(f"\n$ {shown(command)}\n".encode())
+        file.flush()
+        done = subprocess.run([str(part) for part in command], check=False, cwd=ROOT, stdout=file, stderr=file)
+    return done.returncode
+
+
 def output(command: Command) -> str | None:
     """The command's standard output without the surrounding blanks, or None where it cannot be run or fails."""
     try:
