@@ -7,9 +7,10 @@ made it so, a larger box; its points are stored u fastest. Matrices are 4x4 floa
 
 from dataclasses import dataclass
 
-import isochor
 import numpy as np
 from numpy.typing import NDArray
+
+import isochor
 
 from . import problem
 from .settings import BSPLINE_DEGREE

@@ -4,9 +4,10 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import isochor
 import numpy as np
 from numpy.typing import NDArray
+
+import isochor
 
 
 @dataclass

@@ -4,9 +4,10 @@
 from dataclasses import dataclass, field
 from time import perf_counter
 
-import isochor
 import numpy as np
 from numpy.typing import NDArray
+
+import isochor
 
 from .grid import Grid, build_lattice
 from .report import Report

@@ -8,7 +8,6 @@ undeformed mesh, never rubbish.
 
 import bpy
 
-from ..core import settings
 from . import sockets
 
 NAME = "Volume Lattice"

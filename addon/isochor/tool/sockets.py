@@ -20,6 +20,7 @@ MENUS = {
 }
 VIEWPORT_RESULT, RENDER_RESULT, SLOT = "Viewport Result", "Render Result", "Slot"
 LATTICE = "Lattice"
+OBJECTS = (LATTICE, VIEWPORT_RESULT, RENDER_RESULT)
 
 
 def identifiers(group: bpy.types.NodeTree) -> dict[str, str]:
@@ -48,9 +49,12 @@ def write(modifier: bpy.types.NodesModifier, name: str, value: Any) -> None:
     identifier = identifiers(modifier.node_group)[name]
     if _as_properties(modifier):
         getattr(modifier.properties.inputs, identifier).value = value
-        return
-    modifier[identifier] = MENUS[name].index(value) if name in MENUS else value
+    else:
+        modifier[identifier] = MENUS[name].index(value) if name in MENUS else value
     modifier.id_data.update_tag()
+    if name in OBJECTS:
+        # Of all that a script can set, only the group makes Blender look for what the modifier depends on.
+        modifier.node_group = modifier.node_group
 
 
 def read_settings(modifier: bpy.types.NodesModifier) -> settings.Settings:
