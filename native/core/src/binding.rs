@@ -6,13 +6,14 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::embedding::{Embedding, Task, Walks, split};
+use crate::embedding::{Embedding, Task, split};
 use crate::error::{Error, Result};
 use crate::kernels::{Cell, Deform, Reduce, Reduced, Shift};
-use crate::lanes::{LANES, Lanes, dispatch};
+use crate::lanes::{Lanes, dispatch};
 use crate::lattice::Lattice;
 use crate::surface::{ClosedSurface, Measure};
 use crate::vertices::{Outside, Scalar, check_influence, check_triangles, check_vertices};
+use crate::walks::Walks;
 
 /// Vertices (and triangles, if a volume is wanted) embedded in a lattice.
 ///
@@ -231,21 +232,18 @@ impl<T: Scalar> Binding<T> {
     /// at the vertices. Tasks are added in their order.
     pub(crate) fn coefficients(&self, state: &State, axis: usize, middle: f64) -> Result<(Vec<f64>, f64)> {
         let surface = self.surface()?;
-        let walks = self.walks.get_or_init(|| self.embedding.walks(surface));
-        let columns = flat(state);
+        let walks = self.walks.get_or_init(|| Walks::new(&self.embedding, surface));
         let parts: Vec<Reduced> = self
             .embedding
             .tasks
             .par_iter()
             .map(|task| {
-                let slots = task.blocks.start * LANES..task.blocks.end * LANES;
                 dispatch(Reduce {
                     cell: self.cell(task),
-                    first_slot: slots.start,
-                    walk_offsets: &walks.offsets[slots.start..=slots.end],
-                    walk: &walks.walk,
-                    along: columns[axis],
-                    next: [columns[(axis + 1) % 3], columns[(axis + 2) % 3]],
+                    first_block: task.blocks.start,
+                    walks,
+                    along: &state[axis],
+                    next: [&state[(axis + 1) % 3], &state[(axis + 2) % 3]],
                     middle,
                 })
             })

@@ -9,7 +9,6 @@ use rayon::prelude::*;
 use crate::basis::Span;
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::Lattice;
-use crate::surface::ClosedSurface;
 use crate::vertices::{Outside, Scalar};
 
 /// Vertices of one task at least: enough work to hide what starting it costs, few enough that two hundred tasks share a
@@ -17,7 +16,7 @@ use crate::vertices::{Outside, Scalar};
 const TASK_VERTICES: usize = 512;
 
 /// Marks a slot without a vertex.
-const EMPTY: u32 = u32::MAX;
+pub(crate) const EMPTY: u32 = u32::MAX;
 
 /// Vertices embedded in a lattice, fixed until the vertices or the lattice change.
 ///
@@ -31,7 +30,7 @@ pub(crate) struct Embedding {
     /// Slot of each vertex.
     pub(crate) slot: Vec<u32>,
     /// Vertex in each slot, or `EMPTY`.
-    vertex: Vec<u32>,
+    pub(crate) vertex: Vec<u32>,
     /// Number of vertices beyond the domain.
     pub(crate) outside: usize,
     /// Whether vertices lie beyond the lower and upper face of each axis.
@@ -145,37 +144,6 @@ impl Embedding {
     pub(crate) fn blocks(&self) -> usize {
         self.influence.len()
     }
-
-    /// The surface's walks with slots for vertices, in slot order.
-    pub(crate) fn walks(&self, surface: &ClosedSurface) -> Walks {
-        let mut offsets = Vec::with_capacity(self.vertex.len() + 1);
-        let mut end = 0u32;
-        offsets.push(0);
-        for &v in &self.vertex {
-            end += if v == EMPTY { 0 } else { surface.around(v as usize).len() as u32 };
-            offsets.push(end);
-        }
-        let mut walk = vec![0u32; end as usize];
-        let runs = split(
-            &mut walk,
-            self.tasks
-                .iter()
-                .map(|task| (offsets[task.blocks.end * LANES] - offsets[task.blocks.start * LANES]) as usize),
-        );
-        self.tasks.par_iter().zip(runs).for_each(|(task, run)| {
-            let vertices = self.vertex[task.blocks.start * LANES..task.blocks.end * LANES].iter();
-            let neighbours = vertices.filter(|&&v| v != EMPTY).flat_map(|&v| surface.around(v as usize));
-            run.iter_mut().zip(neighbours).for_each(|(to, &from)| *to = self.slot[from as usize]);
-        });
-        Walks { offsets, walk }
-    }
-}
-
-/// Closed walks of neighbours around every slot ([`ClosedSurface`]), as slots.
-#[derive(Debug, Clone)]
-pub(crate) struct Walks {
-    pub(crate) offsets: Vec<u32>,
-    pub(crate) walk: Vec<u32>,
 }
 
 /// Counting sort of the vertices by cell: tasks, the slot of each vertex, and the number of slots.

@@ -7,7 +7,8 @@
 use glam::DMat3;
 
 use crate::basis::{MAX_POINTS, Span};
-use crate::lanes::{Kernel, LANES, Lanes, multiply_add};
+use crate::lanes::{Kernel, Lanes};
+use crate::walks::Walks;
 
 /// Coordinate arrays x, y, z of vertices in slot order.
 pub(crate) type Columns<'a> = [&'a [Lanes]; 3];
@@ -183,15 +184,13 @@ impl Kernel for Shift<'_> {
 /// cell's share of the paper's alpha, beta or gamma (10)-(12); and the cell's share of the volume.
 pub(crate) struct Reduce<'a> {
     pub(crate) cell: Cell<'a>,
-    /// First slot of the run.
-    pub(crate) first_slot: usize,
-    /// For each slot of the run (and one more) where its walk starts in `walk`.
-    pub(crate) walk_offsets: &'a [u32],
-    /// Neighbours' slots, walk after walk.
-    pub(crate) walk: &'a [u32],
+    /// First block of the run.
+    pub(crate) first_block: usize,
+    /// Walks of neighbours around all slots.
+    pub(crate) walks: &'a Walks,
     /// All slots' coordinates along the axis, and along the next two in cyclic order.
-    pub(crate) along: &'a [f64],
-    pub(crate) next: [&'a [f64]; 2],
+    pub(crate) along: &'a [Lanes],
+    pub(crate) next: [&'a [Lanes]; 2],
     /// Origin for the volume's sum along the axis.
     pub(crate) middle: f64,
 }
@@ -205,24 +204,26 @@ pub(crate) struct Reduced {
 }
 
 impl Reduce<'_> {
-    /// `dV / d coordinate` of one vertex: the area that its walk of neighbours sweeps in the plane across the axis,
-    /// `sum (p_i - p) (q_i+1 - q_i-1) / 6`. Taking `p` off the first factor changes nothing and spares rounding.
+    /// Six times `dV / d coordinate` of a block's vertices: twice the area that each walk of neighbours encloses in the
+    /// plane across the axis, `sum (p_i - p) (q_i+1 - q_i-1)`. Taking `p` off the first factor changes nothing and spares
+    /// rounding.
     #[inline(always)]
-    fn gradient<const FUSED: bool>(&self, slot: usize) -> f64 {
-        let local = slot - self.first_slot;
-        let walk = &self.walk[self.walk_offsets[local] as usize..self.walk_offsets[local + 1] as usize];
+    fn gradient<const FUSED: bool>(&self, block: usize) -> Lanes {
+        let walk = self.walks.around(block);
         let [p, q] = self.next;
-        let (Some(&first), Some(&last)) = (walk.first(), walk.last()) else { return 0.0 };
-        let own = p[slot];
-        let (mut before, mut here, mut at) = (q[last as usize], q[first as usize], first);
-        let mut sum = 0.0;
-        for &neighbour in &walk[1..] {
-            let after = q[neighbour as usize];
-            sum = multiply_add::<FUSED>(p[at as usize] - own, after - before, sum);
-            (before, here, at) = (here, after, neighbour);
+        let (Some(first), Some(last)) = (walk.first(), walk.last()) else { return Lanes::ZERO };
+        let own = p[block];
+        let start = self.walks.gather(q, first);
+        let (mut before, mut here) = (self.walks.gather(q, last), start);
+        let mut arm = self.walks.gather(p, first).minus(own);
+        let mut sum = Lanes::ZERO;
+        for step in &walk[1..] {
+            let after = self.walks.gather(q, step);
+            sum = arm.multiply_add::<FUSED>(after.minus(before), sum);
+            (before, here) = (here, after);
+            arm = self.walks.gather(p, step).minus(own);
         }
-        sum = multiply_add::<FUSED>(p[at as usize] - own, q[first as usize] - before, sum);
-        sum / 6.0
+        arm.multiply_add::<FUSED>(start.minus(before), sum)
     }
 
     #[inline(always)]
@@ -230,16 +231,13 @@ impl Reduce<'_> {
         let mut weights = [[Lanes::ZERO; MAX]; 3];
         let mut sums = vec![Lanes::ZERO; taps[0] * taps[1] * taps[2]];
         let mut volume = Lanes::ZERO;
-        for block in 0..self.cell.parameter.len() {
-            let slot = self.first_slot + block * LANES;
-            let (mut gradient, mut along) = (Lanes::ZERO, Lanes::ZERO);
-            for lane in 0..LANES {
-                gradient.0[lane] = self.gradient::<FUSED>(slot + lane);
-                along.0[lane] = self.along[slot + lane] - self.middle;
-            }
+        for local in 0..self.cell.parameter.len() {
+            let block = self.first_block + local;
+            let gradient = self.gradient::<FUSED>(block);
+            let along = self.along[block].minus(Lanes::splat(self.middle));
             volume = along.multiply_add::<FUSED>(gradient, volume);
-            self.cell.weights::<FUSED, MAX>(taps, block, &mut weights);
-            let pull = gradient.times(self.cell.influence[block]);
+            self.cell.weights::<FUSED, MAX>(taps, local, &mut weights);
+            let pull = gradient.times(self.cell.influence[local]);
             let mut rows = sums.chunks_exact_mut(taps[2]);
             for wu in &weights[0][..taps[0]] {
                 let plane = pull.times(*wu);
@@ -252,7 +250,7 @@ impl Reduce<'_> {
                 }
             }
         }
-        Reduced { coefficients: sums.into_iter().map(Lanes::sum).collect(), volume: volume.sum() }
+        Reduced { coefficients: sums.iter().map(|sum| sum.sum() / 6.0).collect(), volume: volume.sum() / 6.0 }
     }
 }
 

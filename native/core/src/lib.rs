@@ -19,6 +19,7 @@ mod preserve;
 mod sum;
 mod surface;
 mod vertices;
+mod walks;
 
 pub use basis::{AxisBasis, MAX_POINTS, Span};
 pub use binding::Binding;
