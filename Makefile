@@ -6,7 +6,7 @@ PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3
 	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
 TOOL = $(if $(PYTHON),$(PYTHON) addon/tools,$(error Python 3.11 or newer is needed: none was found on PATH))
 
-.PHONY: help demo extension wheel stubs test format bench clean clean-demo distclean
+.PHONY: help demo extension wheel stubs test format bench clean distclean
 
 help:
 	@echo 'make demo        build everything and render the bouncing ball into out/bouncing-ball/'
@@ -39,9 +39,6 @@ bench:
 
 format:
 	@$(TOOL)/format_code.py
-
-clean-demo:
-	rm -rf out/bouncing-ball
 
 clean:
 	rm -rf dist out target .build/wheels .build/stubs .build/extension .build/extension.stamp .build/blender-user

@@ -71,6 +71,10 @@ def python_types() -> Report:
     return _noted(sum((reports.from_status(found, "") for found in (library, tools, addon)), Report()), "mypy")
 
 
+def tool_tests() -> Report:
+    return _pytest([str(environments.python("native")), "-m", "pytest", str(TESTS / "tools")], "tools", {})
+
+
 def native_tests() -> Report:
     python = environments.install_wheel("native", build_wheel.wheel())
     return _pytest([str(python), "-m", "pytest", str(TESTS / "native")], "native", {})
@@ -90,6 +94,7 @@ def all_legs() -> list[Leg]:
         Leg("rustfmt", "Rust is formatted", rust_format),
         Leg("ruff", "Python is formatted and linted", python_format),
         Leg("types", "Python types", python_types),
+        Leg("tools", "The build and test tools", tool_tests),
         Leg("clippy", "Rust lints, warnings as errors", clippy),
         Leg("rust", "Rust tests", rust_tests),
         Leg("stubs", "The binding's stubs are the generated ones", stubs),
