@@ -12,7 +12,7 @@ from pathlib import Path
 
 import environments
 import toolchain
-from workspace import BUILD, ROOT, Unavailable, fail, run, say
+from workspace import BUILD, ROOT, Command, Unavailable, fail, run, say
 
 COMMITTED = ROOT / "native/python/python/isochor/_native.pyi"
 PLACE = BUILD / "stubs"
@@ -21,10 +21,12 @@ PLACE = BUILD / "stubs"
 def generated() -> str:
     """The text of the stub that the sources give now, formatted as the other Python files."""
     toolchain.cargo()
-    tools = environments.python("tools").parent
+    python = environments.python("tools")
+    tools = python.parent
     shutil.rmtree(PLACE, ignore_errors=True)
     # The profile of `cargo test`, with which it shares the compiled core; its symbols are what is introspected.
-    run([tools / "maturin", "generate-stubs", "--profile", "dev", "--locked", "--out", PLACE])
+    command: Command = [tools / "maturin", "generate-stubs", "--profile", "dev", "--locked", "--out", PLACE]
+    run(command, environments.first_on_path(python))
     stub = PLACE / "isochor" / COMMITTED.name
     run([tools / "ruff", "check", "--quiet", "--fix", "--select", "I", "--config", ROOT / "pyproject.toml", stub])
     run([tools / "ruff", "format", "--quiet", "--config", ROOT / "pyproject.toml", stub])

@@ -4,7 +4,6 @@
 Use: python build_wheel.py; prints the wheel's path.
 """
 
-import os
 import platform
 import shutil
 import subprocess
@@ -39,8 +38,7 @@ def wheel() -> Path:
 
 def _build(python: Path) -> None:
     command: Command = [python.with_name("maturin"), "build", "--release", "--locked", "--out", PLACE]
-    # maturin finds zig as `python -m ziglang`, of the python first on PATH.
-    env = {"PATH": f"{python.parent}{os.pathsep}{os.environ['PATH']}"}
+    env = environments.first_on_path(python)  # where maturin looks for the interpreter and for `-m ziglang`
     if platform.system() != "Linux":
         run(command, env)
         return

@@ -67,6 +67,11 @@ def python(name: str) -> Path:
     return interpreter
 
 
+def first_on_path(interpreter: Path) -> dict[str, str]:
+    """The environment variables under which programs find this interpreter as `python` and `python3`."""
+    return {"PATH": f"{interpreter.parent}{os.pathsep}{os.environ['PATH']}"}
+
+
 def install_wheel(name: str, wheel: Path) -> Path:
     """The interpreter of the environment, with exactly this wheel installed in it."""
     interpreter = python(name)
