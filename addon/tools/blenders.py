@@ -81,7 +81,7 @@ def preferred() -> Blender:
     """The Blender for the demo: BLENDER, `blender` on PATH, a bpy wheel, or what can be fetched; else Unavailable."""
     named = os.environ.get("BLENDER")
     if named:
-        return real(Path(shutil.which(named) or named))
+        return _named(named)
     on_path = shutil.which("blender")
     attempts: list[Callable[[], Blender]] = [partial(real, Path(on_path))] if on_path else []
     fitting = [version for version in WHEELS if interpreters.find(version)]
@@ -100,6 +100,13 @@ def already_there() -> Blender | None:
     except Unavailable as reason:
         say(str(reason))
         return None
+
+
+def _named(program: str) -> Blender:
+    try:
+        return real(Path(shutil.which(program) or program))
+    except Unavailable as reason:
+        raise Unavailable(f"the environment variable BLENDER is of no use here: {reason}") from reason
 
 
 def _first(attempts: list[Callable[[], Blender]]) -> Blender:
