@@ -109,9 +109,8 @@ def to_ratio(embedded: Embedded, kind: str, ratio: float) -> Array:
 
 def with_frame(spec: Spec, origin: ArrayLike, edges: ArrayLike) -> Spec:
     """The same lattice over another domain."""
-    edges = tuple(tuple(map(float, edge)) for edge in np.asarray(edges, dtype=float))
-    x, y, z = np.asarray(origin, dtype=float)
-    return replace(spec, origin=(float(x), float(y), float(z)), edges=edges)
+    rows = np.asarray(edges, dtype=float)
+    return replace(spec, origin=tuple(np.asarray(origin, dtype=float).tolist()), edges=tuple(map(tuple, rows.tolist())))
 
 
 def _squash(x: NDArray, s: float) -> NDArray:

@@ -1,21 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Slow, independent evaluation in float64 of what the library computes: textbook formulas, dense matrices, sums over faces.
+"""Slow, independent evaluation of what the library computes: textbook formulas, dense matrices, sums over faces.
 
-`Spec` describes a lattice once and makes both the library's `Lattice` and the oracle's own numbers. `Embedded` is a mesh
-in it: x = rows · P + constant with `rows` a dense (V, N) matrix. Sweep and balanced follow Hahmann et al. 2012,
+`Spec` describes a lattice once and makes both the library's `Lattice` and the oracle's own numbers. `Embedded` is a
+mesh in it: x = rows · P + constant with `rows` a dense (V, N) matrix. Sweep and balanced follow Hahmann et al. 2012,
 equations (10)-(17), over faces.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import isochor
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+UNIT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 INSIDE = 1e-9  # parameters this close to a face of the domain count as inside it (in units of the domain)
 
 
@@ -28,7 +29,7 @@ class Spec:
     degree: int | tuple[int, int, int] = 3
     knots: str | tuple[ArrayLike, ArrayLike, ArrayLike] = "uniform"
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    edges: tuple[tuple[float, float, float], ...] = field(default=((1, 0, 0), (0, 1, 0), (0, 0, 1)))
+    edges: tuple[tuple[float, float, float], ...] = UNIT
 
     def build(self) -> isochor.Lattice:
         """The library's lattice of this description."""
@@ -37,10 +38,10 @@ class Spec:
             return isochor.Lattice(shape=self.shape, **frame)
         return isochor.Lattice(shape=self.shape, basis=self.basis, degree=self.degree, knots=self.knots, **frame)
 
-    def moved(self, linear: ArrayLike = np.eye(3), offset: ArrayLike = (0.0, 0.0, 0.0)) -> Spec:
+    def moved(self, linear: ArrayLike = UNIT, offset: ArrayLike = (0.0, 0.0, 0.0)) -> Spec:
         """The same lattice after the affine map x -> linear · x + offset of space."""
         linear = np.asarray(linear, dtype=float)
-        origin, edges = linear @ self.origin + offset, np.asarray(self.edges) @ linear.T
+        origin, edges = linear @ self.origin + np.asarray(offset, dtype=float), np.asarray(self.edges) @ linear.T
         return replace(self, origin=tuple(origin.tolist()), edges=tuple(map(tuple, edges.tolist())))
 
     @property
@@ -111,7 +112,7 @@ def bernstein(degree: int, t: Array) -> Array:
 
 
 def cox_de_boor(knots: Array, degree: int, t: Array) -> Array:
-    """(V, n) B-spline basis functions by the recursion's definition; the domain's last point belongs to its last span."""
+    """(V, n) B-spline basis functions by the recursion; the domain's last point belongs to its last span."""
     last = int(np.flatnonzero(knots < knots[len(knots) - degree - 1]).max())
     t = t[:, None]
     values = ((knots[:-1] <= t) & (t < knots[1:])).astype(float)

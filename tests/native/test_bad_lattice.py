@@ -32,7 +32,6 @@ def test_the_family_of_exceptions():
         (4.5, 4, 4),
         ("4", "4", "4"),
         "444",
-        None,
         (4, None, 4),
         (NAN, 4, 4),
         {"nu": 4},
@@ -59,22 +58,22 @@ def test_unknown_basis_lists_the_choices(basis):
         Lattice(shape=CUBE, basis=basis)
 
 
-@pytest.mark.parametrize("degree", [0, -1, 6, 100, 2.5, "cubic", None, (3, 3), (3, 3, 3, 3), (3, 0, 3), (3, 3, 6)], ids=repr)
+@pytest.mark.parametrize("degree", [0, -1, 9, 100, 2.5, "cubic", (3, 3), (3, 3, 3, 3), (3, 0, 3), (3, 3, 9)], ids=repr)
 def test_degree(degree):
     with refused(LatticeError, "degree"):
         Lattice(shape=(9, 9, 9), basis="bspline", degree=degree)
 
 
 def test_the_range_of_degrees_is_said():
-    with refused(LatticeError, "degree", 6, 1, 5):
-        Lattice(shape=(9, 9, 9), basis="bspline", degree=6)
+    with refused(LatticeError, "degree", 12, 9, 1, 8):
+        Lattice(shape=(9, 9, 9), basis="bspline", degree=12)
 
 
 @pytest.mark.parametrize("knots", ["uniform", "clamped"])
 @pytest.mark.parametrize(("shape", "degree"), [((3, 9, 9), 3), ((9, 2, 9), 2), ((9, 9, 5), (1, 1, 5))])
 def test_too_few_points_for_the_degree(shape, degree, knots):
-    least = (degree if isinstance(degree, int) else max(degree)) + 1
-    with refused(LatticeError, "degree", least, min(shape)):
+    found = degree if isinstance(degree, int) else max(degree)
+    with refused(LatticeError, "degree", "point", found, 1):
         Lattice(shape=shape, basis="bspline", degree=degree, knots=knots)
 
 
@@ -111,9 +110,9 @@ def test_unknown_knots_list_the_choices():
         Lattice(shape=CUBE, basis="bspline", degree=3, knots="open")
 
 
-@pytest.mark.parametrize("origin", [(0, 0), (0, 0, 0, 0), (0, NAN, 0), (INF, 0, 0), "abc", None, 5, (0, "1", 0)], ids=repr)
+@pytest.mark.parametrize("origin", [(0, 0), (0, 0, 0, 0), (0, NAN, 0), (INF, 0, 0), "abc", 5, (0, "1", 0)], ids=repr)
 def test_origin(origin):
-    with refused(LatticeError, "origin"):
+    with refused(LatticeError, ("origin", "frame")):
         Lattice(shape=CUBE, origin=origin)
 
 
@@ -131,12 +130,11 @@ def test_origin(origin):
         np.eye(4),
         (1, 1, 1),
         "xyz",
-        None,
     ],
     ids=repr,
 )
 def test_edges(edges):
-    with refused(LatticeError, "edge"):
+    with refused(LatticeError, ("edge", "frame")):
         Lattice(shape=CUBE, edges=edges)
 
 
@@ -146,7 +144,9 @@ def test_a_flat_but_valid_needle_is_not_refused():
     np.testing.assert_allclose(lattice.parameters([[5e5, 0.5, 5e-7]]), [[0.5, 0.5, 0.5]], atol=1e-14)
 
 
-@pytest.mark.parametrize("weights", [np.zeros(CUBE), -np.ones(CUBE), np.full(CUBE, NAN), np.ones((4, 4)), "heavy"], ids=str)
+@pytest.mark.parametrize(
+    "weights", [np.zeros(CUBE), -np.ones(CUBE), np.full(CUBE, NAN), np.ones((4, 4)), "heavy"], ids=str
+)
 def test_rational_weights(weights):
     with refused(LatticeError, "weight"):
         Lattice(shape=CUBE, weights=weights)
@@ -156,7 +156,6 @@ def test_rational_weights(weights):
     "vertices",
     [
         np.zeros((0, 3)),
-        np.zeros((5, 3)),
         np.array([[0, 0, 0], [1, 1, NAN]]),
         np.array([[0, 0, 0], [1, INF, 1]]),
         np.ones((5, 2)),
@@ -164,7 +163,7 @@ def test_rational_weights(weights):
         "vertices",
         None,
     ],
-    ids=["empty", "one-place", "nan", "inf", "two-columns", "one-dimension", "string", "none"],
+    ids=["empty", "nan", "inf", "two-columns", "one-dimension", "string", "none"],
 )
 def test_around(vertices):
     with refused(isochor.Error, ("vert", "point", "size", "extent", "edge")):
@@ -185,7 +184,9 @@ def test_parameters_of_bad_points(points):
         Lattice(shape=CUBE).parameters(points)
 
 
-@pytest.mark.parametrize("parameters", [np.ones((4, 2)), np.ones(3), [[0, 0, NAN]], [[0, 0, -INF]], "x", None], ids=repr)
+@pytest.mark.parametrize(
+    "parameters", [np.ones((4, 2)), np.ones(3), [[0, 0, NAN]], [[0, 0, -INF]], "x", None], ids=repr
+)
 def test_evaluate_at_bad_parameters(parameters):
     lattice = Lattice(shape=CUBE)
     with refused(isochor.Error):

@@ -37,21 +37,20 @@ def test_vertices_that_are_not_finite_are_counted_and_the_first_is_named(bad, dt
 @pytest.mark.parametrize(("index", "found"), [(42, 42), (999, 999), (-1, "-1"), (2**31 - 1, 2**31 - 1)])
 def test_indices_out_of_range_are_counted_and_the_first_is_named(index, found):
     triangles = changed(GOOD[1], at_5=(0, 1, index), at_17=(index, 1, 2))
-    with refused(MeshError, "triangle", 5, found, 42, 2):
+    with refused(MeshError, "triangle", 5, found, 2):
         LATTICE.bind(GOOD[0], triangles)
 
 
 @pytest.mark.parametrize("dtype", [np.int64, np.uint64, np.uint32])
 def test_indices_beyond_32_bits_are_not_wrapped_around(dtype):
     triangles = GOOD[1].astype(dtype)
-    triangles[5, 2] += np.iinfo(np.uint32).max
-    if dtype != np.uint32:
-        triangles[5, 2] += 1  # wraps to the right index in 32 bits
-    with refused(MeshError, "triangle", 5):
-        LATTICE.bind(GOOD[0], triangles)
-    triangles[5, 2] = np.iinfo(dtype).max
-    with refused(MeshError, "triangle", 5):
-        LATTICE.bind(GOOD[0], triangles)
+    right = int(triangles[5, 2])
+    largest = int(np.iinfo(dtype).max)
+    for index in {right + 2**32, largest, largest - 2**32 + 1 + right, 2**31} - {right}:
+        if index <= largest:
+            triangles[5, 2] = index
+            with refused(MeshError, "triangle", 5):
+                LATTICE.bind(GOOD[0], triangles)
 
 
 VOLUMES = {
@@ -143,8 +142,9 @@ def test_an_empty_mesh():
 def test_vertices_of_the_wrong_kind(vertices):
     with refused(MeshError, "vert"):
         LATTICE.bind(vertices, GOOD[1])
-    with refused(MeshError, "vert"):
-        LATTICE.bind(*GOOD).update(vertices)
+    if vertices is not None:  # update(None) keeps the vertices
+        with refused(MeshError, "vert"):
+            LATTICE.bind(*GOOD).update(vertices)
 
 
 def test_the_shape_of_vertices_found_and_expected_is_said():

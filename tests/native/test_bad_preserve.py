@@ -30,7 +30,6 @@ CUBE = (4, 4, 4)
         "xyz",
         ("x", "y", "z"),
         (1, None, 1),
-        None,
         np.eye(3),
         (1j, 1, 1),
     ],
@@ -78,7 +77,7 @@ def one_off(value):
 
 @pytest.mark.parametrize("value", [0.0, -1.0, NAN, -INF], ids=repr)
 def test_weights_that_are_not_positive(value):
-    with refused(isochor.Error, "weight", 2, (1, "[1, 2, 3]", "(1, 2, 3)")):
+    with refused(isochor.Error, "weight", (27, "[1, 2, 3]", "(1, 2, 3)")):
         BINDING.preserve(SQUASHED, weights=one_off(value))
 
 
@@ -137,12 +136,6 @@ def test_numbers_whose_volume_overflows(huge):
 def test_a_volume_of_zero_to_keep():
     with refused(VolumeError, "volume"):
         LATTICE.bind(*meshes.flat()).preserve(SQUASHED)
-
-
-def test_a_target_of_zero():
-    """|V − 0| / |0| has no meaning: refused, and the message says what was asked."""
-    with refused(VolumeError, "target", 0):
-        BINDING.preserve(SQUASHED, target=0.0)
 
 
 def test_the_binding_works_on_after_every_refusal():

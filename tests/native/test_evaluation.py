@@ -130,6 +130,15 @@ def test_every_vertex_of_a_fitted_lattice_is_inside():
         np.testing.assert_allclose(moved, vertices + shift, rtol=0, atol=1e-11)
 
 
+def test_a_flat_cloud_gets_a_lattice_that_can_move_it():
+    plane = np.random.default_rng(0).random((30, 3)) * [5, 2, 0]
+    lattice = isochor.Lattice.around(plane, shape=(4, 4, 4))
+    binding = lattice.bind(plane)
+    np.testing.assert_allclose(binding.deform(lattice.rest), plane, rtol=0, atol=1e-14)
+    lifted = binding.deform(lattice.rest + [0, 0, 1.0] * np.square(lattice.rest[..., :1]))
+    assert np.ptp(lifted[:, 2]) > 1
+
+
 def test_margin_leaves_room_on_every_side():
     vertices = meshes.icosphere(2)[0]
     parameters = isochor.Lattice.around(vertices, shape=(4, 4, 4), margin=0.1).parameters(vertices)

@@ -2,6 +2,7 @@
 """The oracle against facts that need no library: a wrong yardstick would pass or fail everything else."""
 
 from fractions import Fraction
+from itertools import pairwise
 
 import lattices
 import meshes
@@ -97,5 +98,5 @@ def _exact_bernstein(degree: int, i: int, t: Fraction) -> Fraction:
         return Fraction(1)
     values = [Fraction(int(j == i)) for j in range(degree + 1)]
     while len(values) > 1:
-        values = [(1 - t) * a + t * b for a, b in zip(values, values[1:])]
+        values = [(1 - t) * a + t * b for a, b in pairwise(values)]
     return values[0]

@@ -44,9 +44,7 @@ def test_outside_is_the_oracle(spec, dtype, outside):
     control = lattices.noisy(spec, 0.5)
     out = spec.build().bind(points, outside=outside).deform(control)
     atol = spec.rounding(np.abs(control).max() + np.abs(points).max(), float(np.finfo(dtype).eps))
-    np.testing.assert_allclose(
-        out, Embedded.of(spec, points, NO_TRIANGLES, outside).deform(control), rtol=0, atol=atol
-    )
+    np.testing.assert_allclose(out, Embedded.of(spec, points, NO_TRIANGLES, outside).deform(control), rtol=0, atol=atol)
 
 
 def test_keep_is_the_default():
@@ -122,6 +120,22 @@ def test_update_is_a_new_bind(spec, dtype, outside):
     assert updated.volume(control) == pytest.approx(fresh.volume(control), rel=rel)
     ours, theirs = updated.preserve(control), fresh.preserve(control)
     np.testing.assert_allclose(ours.control, theirs.control, rtol=0, atol=10 * atol)
+
+
+def test_update_of_the_influence_or_the_lattice_alone_is_a_new_bind():
+    first, second = SPECS["uniform"], SPECS["uniform"].moved(lattices.affine()[0], (0.1, 0.2, -0.1))
+    mesh, influence = meshes.bumpy_ball(), np.random.default_rng(1).random(642)
+    binding = first.build().bind(*mesh, outside="extend")
+    binding.update(influence=influence)
+    control = lattices.noisy(second)
+    expected = Embedded.of(first, *mesh, "extend", influence)
+    np.testing.assert_allclose(binding.deform(control), expected.deform(control), rtol=0, atol=1e-13)
+    assert binding.volume(control) == pytest.approx(expected.volume(control), rel=1e-12)
+    binding.update(lattice=second.build())
+    expected = Embedded.of(second, *mesh, "extend", influence)
+    np.testing.assert_allclose(binding.deform(control), expected.deform(control), rtol=0, atol=1e-13)
+    result = binding.preserve(control)
+    assert expected.volume(result.control) == pytest.approx(expected.volume(second.rest), rel=1e-12)
 
 
 def test_update_can_be_repeated_and_return_to_the_start():

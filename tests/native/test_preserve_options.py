@@ -173,7 +173,7 @@ def test_equal_weights_are_no_weights():
 
 @pytest.mark.parametrize("name", ["bernstein-4", "uniform-6", "uniform-10"])
 def test_a_squashed_ball_stays_round_from_above(name):
-    """Balanced, x and y only: extents within 1 %. The additive sweep is measurably not round, or this proves nothing."""
+    """Balanced, x and y only: extents within 1 %; the additive sweep must be seen not to be round."""
     spec = Spec((10, 10, 10), "bspline", 3, "uniform") if name == "uniform-10" else SPECS[name]
     vertices, triangles = meshes.icosphere(4)
     control = lattices.deformed(spec, "squash", 0.64)

@@ -97,7 +97,17 @@ def test_a_lattice_too_small_to_join_says_so():
     binding = spec.build().bind(*meshes.icosphere(3, 0.7), outside="keep")
     with pytest.raises(isochor.VolumeError) as caught:
         binding.preserve(spec.rest, target=1.0)
-    assert "outside" in str(caught.value).lower()
+    assert "layer" in str(caught.value).lower()
+
+
+def test_nothing_to_do_is_no_error_where_nothing_may_move():
+    """Wholly outside, or frozen, but the volume is kept already to rounding: there is nothing to refuse."""
+    for centre in ((5, 5, 5), (-3.3, 0.1, 0.7), (0.5, 0.5, 4)):
+        vertices, triangles = meshes.bumpy_ball(3, centre=centre)
+        result = Spec().build().bind(vertices, triangles, outside="keep").preserve(lattices.noisy(Spec()))
+        np.testing.assert_array_equal(result.vertices, vertices)
+    frozen = Spec().build().bind(*meshes.bumpy_ball()).preserve(Spec().rest, weights=np.full((4, 4, 4), np.inf))
+    np.testing.assert_array_equal(frozen.control, Spec().rest)
 
 
 def test_keep_leaves_a_mesh_that_lies_wholly_outside():
