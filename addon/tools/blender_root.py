@@ -9,7 +9,7 @@ import shutil
 from pathlib import Path
 
 import system_packages
-from workspace import BUILD, Command, Unavailable, fail, fingerprint, is_fresh, logged_status, run, say
+from workspace import BUILD, Command, Unavailable, as_program, fingerprint, is_fresh, logged_status, run, say
 
 PLACE = BUILD / "blender-root"
 LOG = BUILD / "blender-root.log"
@@ -82,7 +82,4 @@ def _write(path: Path, text: str) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        print(launcher())
-    except Unavailable as reason:
-        fail(str(reason))
+    as_program(lambda: print(launcher()))

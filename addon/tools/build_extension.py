@@ -6,7 +6,6 @@ Use: python build_extension.py; prints the zip's path.
 
 import platform
 import shutil
-import subprocess
 import tomllib
 import zipfile
 from pathlib import Path
@@ -14,7 +13,7 @@ from pathlib import Path
 import blenders
 import build_wheel
 import toolchain
-from workspace import BUILD, DIST, ROOT, Unavailable, fail, fingerprint, is_fresh, run, say
+from workspace import BUILD, DIST, ROOT, Unavailable, as_program, fingerprint, is_fresh, run, say
 
 SOURCE = ROOT / "addon" / "isochor"
 MANIFEST = "blender_manifest.toml"
@@ -94,7 +93,4 @@ def _pack(folder: Path, place: Path) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        print(extension())
-    except (Unavailable, subprocess.CalledProcessError) as reason:
-        fail(str(reason))
+    as_program(lambda: print(extension()))

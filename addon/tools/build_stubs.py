@@ -6,13 +6,12 @@ Use: python build_stubs.py writes the committed stub anew; with --check it compa
 
 import difflib
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import environments
 import toolchain
-from workspace import BUILD, ROOT, Command, Unavailable, fail, run, say
+from workspace import BUILD, ROOT, Command, as_program, fail, run, say
 
 COMMITTED = ROOT / "native/python/python/isochor/_native.pyi"
 PLACE = BUILD / "stubs"
@@ -56,7 +55,4 @@ def main(arguments: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main(sys.argv[1:])
-    except (Unavailable, subprocess.CalledProcessError) as reason:
-        fail(str(reason))
+    as_program(lambda: main(sys.argv[1:]))

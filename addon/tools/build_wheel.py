@@ -6,12 +6,11 @@ Use: python build_wheel.py; prints the wheel's path.
 
 import platform
 import shutil
-import subprocess
 from pathlib import Path
 
 import environments
 import toolchain
-from workspace import BUILD, ROOT, Command, Unavailable, fail, fingerprint, is_fresh, output, run, say
+from workspace import BUILD, ROOT, Command, as_program, fingerprint, is_fresh, output, run, say
 
 PLACE = BUILD / "wheels"
 SOURCES = [ROOT / name for name in ("native", "shaders", "Cargo.toml", "Cargo.lock", "pyproject.toml", "LICENSE")]
@@ -50,7 +49,4 @@ def _build(python: Path) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        print(wheel())
-    except (Unavailable, subprocess.CalledProcessError) as reason:
-        fail(str(reason))
+    as_program(lambda: print(wheel()))

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import interpreters
 import system_packages
-from workspace import BUILD, Unavailable, fail, fingerprint, is_fresh, output, run, say, status
+from workspace import BUILD, Unavailable, as_program, fail, fingerprint, is_fresh, output, run, say, status
 
 TESTING = ("pytest==9.0.2", "hypothesis==6.148.2", "scipy")
 PICTURES = ("pillow", "matplotlib")
@@ -111,7 +111,4 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main(sys.argv[1:])
-    except Unavailable as reason:
-        fail(str(reason))
+    as_program(lambda: main(sys.argv[1:]))

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Formats the Rust and Python code and applies ruff's safe fixes. Use: python format_code.py."""
 
-import subprocess
-
 import environments
 import toolchain
 from legs import PYTHON_CODE
-from workspace import Unavailable, fail, run
+from workspace import as_program, run
 
 
 def main() -> None:
@@ -17,7 +15,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except (Unavailable, subprocess.CalledProcessError) as reason:
-        fail(str(reason))
+    as_program(main)

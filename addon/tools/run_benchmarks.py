@@ -4,13 +4,11 @@
 Use: python run_benchmarks.py.
 """
 
-import subprocess
-
 import blenders
 import build_extension
 import build_wheel
 import environments
-from workspace import ROOT, Unavailable, fail, run, say
+from workspace import ROOT, as_program, run, say
 
 PLACE = ROOT / "tests" / "benchmarks"
 
@@ -25,7 +23,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except (Unavailable, subprocess.CalledProcessError) as reason:
-        fail(str(reason))
+    as_program(main)

@@ -4,13 +4,12 @@
 Use: python run_demo.py.
 """
 
-import subprocess
 from pathlib import Path
 
 import blenders
 import build_extension
 import environments
-from workspace import OUT, ROOT, Unavailable, fail, run, say
+from workspace import OUT, ROOT, as_program, run, say
 
 SCRIPT = ROOT / "addon" / "demo" / "bouncing_ball.py"
 PLACE = OUT / "bouncing-ball"
@@ -31,7 +30,4 @@ def _command(blender: blenders.Blender, zip_file: Path) -> list[str]:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except (Unavailable, subprocess.CalledProcessError) as reason:
-        fail(str(reason))
+    as_program(main)

@@ -8,7 +8,7 @@ import os
 import shutil
 import sys
 
-from workspace import BUILD, Command, Unavailable, fail, logged_status, output, say
+from workspace import BUILD, Command, Unavailable, as_program, fail, logged_status, output, say
 
 # What the bpy wheel loads at start in a bare Debian 12; Workbench and EEVEE abort without libegl1.
 BPY = "libgl1 libice6 libsm6 libx11-6 libxext6 libxfixes3 libxi6 libxrender1 libxkbcommon0 libegl1".split()
@@ -69,7 +69,4 @@ def main(groups: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main(sys.argv[1:])
-    except Unavailable as reason:
-        fail(str(reason))
+    as_program(lambda: main(sys.argv[1:]))

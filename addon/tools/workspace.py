@@ -6,7 +6,7 @@ import os
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -32,6 +32,14 @@ def fail(text: str) -> None:
     """Prints the line on stderr and ends the program with status 1."""
     print(f"isochor: {text}", file=sys.stderr, flush=True)
     raise SystemExit(1)
+
+
+def as_program(main: Callable[[], None]) -> None:
+    """Runs a tool; what cannot be had or failed ends the program with status 1 and one line, not a traceback."""
+    try:
+        main()
+    except (Unavailable, subprocess.CalledProcessError) as reason:
+        fail(str(reason))
 
 
 def in_ci() -> bool:
