@@ -9,7 +9,7 @@ import shutil
 from pathlib import Path
 
 import system_packages
-from workspace import BUILD, Command, Unavailable, as_program, fingerprint, is_fresh, logged_status, run, say
+from workspace import BUILD, Command, Unavailable, alone, as_program, fingerprint, is_fresh, logged_status, run, say
 
 PLACE = BUILD / "blender-root"
 LOG = BUILD / "blender-root.log"
@@ -25,6 +25,7 @@ PACKAGES = (
 DATES = 'Acquire::Check-Valid-Until "false";\nAcquire::Check-Date "false";\n'
 
 
+@alone("blender-root")
 def launcher() -> Path:
     """The command that runs Blender in the tree, which is made first if need be."""
     stamp = PLACE / "contents.stamp"

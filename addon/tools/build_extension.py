@@ -13,7 +13,7 @@ from pathlib import Path
 import blenders
 import build_wheel
 import toolchain
-from workspace import BUILD, DIST, ROOT, Unavailable, as_program, fingerprint, is_fresh, run, say
+from workspace import BUILD, DIST, ROOT, Unavailable, alone, as_program, fingerprint, is_fresh, run, say
 
 SOURCE = ROOT / "addon" / "isochor"
 MANIFEST = "blender_manifest.toml"
@@ -25,6 +25,7 @@ MACHINES = {"x86_64": "x64", "AMD64": "x64", "aarch64": "arm64", "arm64": "arm64
 DATE = (1980, 1, 1, 0, 0, 0)
 
 
+@alone("extension")
 def extension() -> Path:
     """The zip of the sources as they are now, built and validated first if need be."""
     wheel = build_wheel.wheel()

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import environments
 import toolchain
-from workspace import BUILD, ROOT, Command, as_program, fingerprint, is_fresh, output, run, say
+from workspace import BUILD, ROOT, Command, alone, as_program, fingerprint, is_fresh, output, run, say
 
 PLACE = BUILD / "wheels"
 SOURCES = [ROOT / name for name in ("native", "shaders", "Cargo.toml", "Cargo.lock", "pyproject.toml", "LICENSE")]
@@ -18,6 +18,7 @@ SOURCES = [ROOT / name for name in ("native", "shaders", "Cargo.toml", "Cargo.lo
 PORTABLE = "manylinux_2_28"
 
 
+@alone("wheel")
 def wheel() -> Path:
     """The wheel of the sources as they are now, built first if need be."""
     toolchain.cargo()

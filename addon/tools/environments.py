@@ -11,7 +11,7 @@ from pathlib import Path
 
 import interpreters
 import system_packages
-from workspace import BUILD, Unavailable, as_program, fail, fingerprint, is_fresh, output, run, say, status
+from workspace import BUILD, Unavailable, alone, as_program, fail, fingerprint, is_fresh, output, run, say, status
 
 TESTING = ("pytest==9.0.2", "hypothesis==6.148.2", "scipy")
 PICTURES = ("pillow", "matplotlib")
@@ -49,6 +49,11 @@ def folder(name: str) -> Path:
 
 def python(name: str) -> Path:
     """The interpreter of the environment of that name, made and filled first if need be."""
+    with alone(f"venv-{name}"):
+        return _made(name)
+
+
+def _made(name: str) -> Path:
     environment = ENVIRONMENTS[name]
     place = folder(name)
     interpreter = place / "bin" / "python"

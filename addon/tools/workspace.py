@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where things are in the clone, and how the tools run a command and speak to the person who called them."""
 
+import fcntl
 import hashlib
 import os
 import shlex
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -40,6 +42,15 @@ def as_program(main: Callable[[], None]) -> None:
         main()
     except (Unavailable, subprocess.CalledProcessError) as reason:
         fail(str(reason))
+
+
+@contextmanager
+def alone(purpose: str) -> Iterator[None]:
+    """Lets one process at a time of this clone build what the purpose names; the others wait."""
+    BUILD.mkdir(exist_ok=True)
+    with (BUILD / f"{purpose}.lock").open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
 
 
 def in_ci() -> bool:
