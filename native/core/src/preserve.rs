@@ -67,15 +67,16 @@ pub struct Preserved {
 }
 
 /// An axis whose coefficients are smaller than this fraction of the squared extent of the lattice is flat: rounding alone
-/// makes coefficients of about 1e-15 of it.
-const FLAT_AXIS: f64 = 1e-12;
+/// makes coefficients of about 1e-15 of it. A volume smaller than this fraction of the cube is zero but for rounding: it
+/// has no sign, and no ratio to another.
+const FLAT: f64 = 1e-12;
+
+/// Rounding errors of coordinates, in units of the largest coordinate: a few dozen operations lie between control points
+/// and the differences of deformed vertices.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// A frame whose unit directions enclose less than this volume has lost twelve of float64's sixteen digits.
 const FLAT_FRAME: f64 = 1e-12;
-
-/// A volume smaller than this fraction of the cube over the lattice's extent is zero but for rounding: it has no sign and no
-/// ratio to another.
-const NO_VOLUME: f64 = 1e-12;
 
 /// Rounds over the axes at most: one, a second where an axis was flat, a third without those still flat.
 const MAX_ROUNDS: u32 = 3;
@@ -101,7 +102,7 @@ impl<T: Scalar> Binding<T> {
         let state = self.deformed(&displacement, frame.to_frame());
         let mut correction = Correction {
             middle: frame.coordinates(control.iter().sum::<DVec3>() / control.len() as f64),
-            extent: extent(control),
+            scale: Scale::new(control, &self.lattice().rest()),
             binding: self,
             state,
             mobility,
@@ -180,7 +181,7 @@ struct Correction<'a, T> {
     /// Volume in space over volume in the frame's coordinates.
     determinant: f64,
     middle: DVec3,
-    extent: f64,
+    scale: Scale,
 }
 
 impl<T: Scalar> Correction<'_, T> {
@@ -191,9 +192,7 @@ impl<T: Scalar> Correction<'_, T> {
         let target = before + options.amount * (wanted - before);
         let ratio = target / before;
         let method = match options.method {
-            Method::Balanced if before.abs() > NO_VOLUME * self.extent.powi(3) && ratio > 0.0 => {
-                Method::Balanced
-            }
+            Method::Balanced if before.abs() > self.scale.no_volume() && ratio > 0.0 => Method::Balanced,
             _ => Method::Sweep,
         };
         if target == before {
@@ -232,10 +231,19 @@ impl<T: Scalar> Correction<'_, T> {
                 active.retain(|axis| !flat.contains(axis));
             }
         }
+        if (target - before).abs() <= self.already_there(target)? {
+            return Ok((target, method, 0));
+        }
         Err(Error::Volume(format!(
             "the target volume {target:e} cannot be reached from {before:e}: no displacement that axes {:?}, weights and frozen layers allow changes the volume; allow another axis or free control points",
             options.axes
         )))
+    }
+
+    /// Difference from the target that rounding explains, where nothing may move: 4 epsilon A R for each of two sums.
+    fn already_there(&self, target: f64) -> Result<f64> {
+        let reference = self.binding.reference()?;
+        Ok(8.0 * f64::EPSILON * (reference.area * reference.radius + target.abs()))
     }
 
     /// Coefficients of an axis of the frame, and the volume in space.
@@ -248,7 +256,7 @@ impl<T: Scalar> Correction<'_, T> {
     /// flat.
     fn step(&mut self, axis: usize, coefficients: &[f64], change: f64) -> Result<bool> {
         let steep: f64 = coefficients.iter().zip(&self.mobility).map(|(c, w)| c * c * w).sum();
-        if steep.sqrt() <= FLAT_AXIS * self.extent * self.extent {
+        if steep.sqrt() <= self.scale.no_area() {
             return Ok(false);
         }
         let factor = change / self.determinant / steep;
@@ -326,8 +334,26 @@ fn normalised_shares(axes: [f64; 3]) -> Result<[f64; 3]> {
     Ok(axes.map(|share| share / largest / total))
 }
 
-/// Largest side of the control points' box: an upper bound for the size of what they deform.
-fn extent(control: &[DVec3]) -> f64 {
-    let (low, high) = crate::lattice::bounds(control);
-    (high - low).max_element()
+/// Sizes below which areas and volumes of the deformed mesh are nothing but rounding.
+struct Scale {
+    /// Largest side of the control points' box: an upper bound for the size of what they deform.
+    extent: f64,
+    /// Rounding error of a coordinate.
+    rounding: f64,
+}
+
+impl Scale {
+    fn new(control: &[DVec3], rest: &[DVec3]) -> Self {
+        let (low, high) = crate::lattice::bounds(control);
+        let largest = control.iter().chain(rest).map(|p| p.abs().max_element()).fold(0.0, f64::max);
+        Self { extent: (high - low).max_element(), rounding: ROUNDING * largest }
+    }
+
+    fn no_area(&self) -> f64 {
+        (FLAT * self.extent + self.rounding) * (self.extent + self.rounding)
+    }
+
+    fn no_volume(&self) -> f64 {
+        self.no_area() * (self.extent + self.rounding)
+    }
 }

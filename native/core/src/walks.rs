@@ -60,10 +60,10 @@ impl Walks {
         let flat: &[f64] = bytemuck::cast_slice(coordinate);
         assert!(flat.len() == self.slots);
         let mut found = Lanes::ZERO;
-        for lane in 0..LANES {
+        for (found, &slot) in found.0.iter_mut().zip(step) {
             // SAFETY: `new` checked that every entry of `steps` is smaller than `slots`, and `step` is one of them (it comes
             // from `around`); `flat` has `slots` entries, checked above.
-            found.0[lane] = unsafe { *flat.get_unchecked(step[lane] as usize) };
+            *found = unsafe { *flat.get_unchecked(slot as usize) };
         }
         found
     }

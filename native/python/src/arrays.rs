@@ -10,7 +10,6 @@ use numpy::{
 };
 use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
-use pyo3::types::IntoPyDict;
 use pyo3::{type_hint_identifier, type_hint_subscript, type_hint_union};
 
 use crate::errors::Family;
@@ -24,6 +23,22 @@ impl<'py> FromPyObject<'_, 'py> for ArrayLike<'py> {
 
     fn extract(object: Borrowed<'_, 'py, PyAny>) -> Result<Self, Infallible> {
         Ok(Self(object.to_owned()))
+    }
+}
+
+/// Any object that may be a real number.
+pub(crate) enum NumberLike<'py> {
+    /// What a signature has where the caller gives nothing.
+    Default(f64),
+    Given(Bound<'py, PyAny>),
+}
+
+impl<'py> FromPyObject<'_, 'py> for NumberLike<'py> {
+    type Error = Infallible;
+    const INPUT_TYPE: PyStaticExpr = f64::INPUT_TYPE;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> Result<Self, Infallible> {
+        Ok(Self::Given(object.to_owned()))
     }
 }
 
@@ -124,6 +139,17 @@ impl Argument {
         converted(&self.array(object, numbers, shape)?, "float64")
     }
 
+    /// One real number.
+    pub(crate) fn number(self, object: &NumberLike<'_>) -> PyResult<f64> {
+        match object {
+            NumberLike::Default(number) => Ok(*number),
+            NumberLike::Given(object) => object.extract().map_err(|_| {
+                let shown = object.repr().map_or_else(|_| type_name(object), |repr| repr.to_string());
+                self.error(format!("found {shown}, expected a real number"))
+            }),
+        }
+    }
+
     /// Three numbers.
     pub(crate) fn vector(self, object: &ArrayLike<'_>) -> PyResult<DVec3> {
         let values = self.floats(object, Numbers::FloatsOrIntegers, &[Some(3)])?;
@@ -136,10 +162,16 @@ impl Argument {
         Ok(std::array::from_fn(|row| DVec3::from_slice(&values[3 * row..])))
     }
 
-    /// Points, (V, 3).
-    pub(crate) fn points(self, object: &ArrayLike<'_>, numbers: Numbers) -> PyResult<Vec<DVec3>> {
-        let values = self.floats(object, numbers, &[None, Some(3)])?;
-        Ok(values.as_chunks().0.iter().map(|&p| DVec3::from_array(p)).collect())
+    /// Finite points, (V, 3).
+    pub(crate) fn points(self, object: &ArrayLike<'_>) -> PyResult<Vec<DVec3>> {
+        let values = self.floats(object, Numbers::FloatsOrIntegers, &[None, Some(3)])?;
+        let points: Vec<DVec3> = values.as_chunks().0.iter().map(|&p| DVec3::from_array(p)).collect();
+        match points.iter().position(|p| !p.is_finite()) {
+            Some(i) => {
+                Err(self.error(format!("found NaN or infinity at index {i}, expected finite numbers")))
+            }
+            None => Ok(points),
+        }
     }
 
     /// Control points (nu, nv, nw, 3), the last index of the lattice fastest.
@@ -173,11 +205,9 @@ pub(crate) fn converted<T: Element + Copy>(
     Ok(typed.as_slice()?.to_vec())
 }
 
-/// The array itself where it is C-contiguous and of the type already, else a copy.
+/// The array itself where it is C-contiguous, aligned and of the type already, else a copy.
 fn contiguous<'py>(array: &Bound<'py, PyUntypedArray>, dtype: &str) -> PyResult<Bound<'py, PyAny>> {
-    let py = array.py();
-    let keywords = [("dtype", dtype)].into_py_dict(py)?;
-    py.import("numpy")?.call_method("ascontiguousarray", (array,), Some(&keywords))
+    array.py().import("numpy")?.call_method1("require", (array, dtype, ["C", "A"]))
 }
 
 fn type_name(object: &Bound<'_, PyAny>) -> String {

@@ -7,7 +7,7 @@ use isochor_core::{Binding as Core, Lattice as CoreLattice, Measure, Outside, Pr
 use numpy::{Element, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::arrays::{Argument, ArrayLike, NdArray, Numbers, OfVertices, converted};
+use crate::arrays::{Argument, ArrayLike, NdArray, NumberLike, Numbers, OfVertices, converted};
 use crate::errors::{DeviceError, PinError, to_python};
 use crate::lattice::Lattice;
 use crate::preserved::Preserved;
@@ -215,10 +215,10 @@ impl Binding {
     /// weights (nu, nv, nw): positive; large keeps a control point, inf freezes it (Remark 2).
     /// pins: must be None; direct manipulation is not available.
     /// target: the volume to reach; None for reference_volume.
-    /// amount: 0 leaves the volume as deformed, 1 reaches the target.
+    /// amount: 0 leaves the volume as deformed, 1 (if not given) reaches the target.
     ///
     /// Raises VolumeError, LatticeError, MeshError.
-    #[pyo3(signature = (control, axes=None, frame=None, method=MethodWord(isochor_core::Method::Balanced), weights=None, pins=None, target=None, amount=1.0))]
+    #[pyo3(signature = (control, axes=None, frame=None, method=MethodWord(isochor_core::Method::Balanced), weights=None, pins=None, target=None, amount=NumberLike::Default(1.0)))]
     #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn preserve(
         &self,
@@ -229,8 +229,8 @@ impl Binding {
         method: MethodWord,
         weights: Option<ArrayLike<'_>>,
         pins: Option<ArrayLike<'_>>,
-        target: Option<f64>,
-        amount: f64,
+        target: Option<NumberLike<'_>>,
+        amount: NumberLike<'_>,
     ) -> PyResult<Preserved> {
         if pins.is_some() {
             return Err(PinError::new_err(
@@ -245,8 +245,8 @@ impl Binding {
             frame: frame.map(|frame| Argument::volume("frame").rows(&frame)).transpose()?,
             method: method.0,
             weights: weights.map(|weights| point_weights(&weights, shape)).transpose()?,
-            target,
-            amount,
+            target: target.map(|target| Argument::volume("target").number(&target)).transpose()?,
+            amount: Argument::volume("amount").number(&amount)?,
         };
         let (vertices, outcome) = self.with_output(
             py,

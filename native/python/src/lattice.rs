@@ -4,7 +4,7 @@
 use isochor_core::{AxisBasis, DMat3, Lattice as Core, Outside};
 use pyo3::prelude::*;
 
-use crate::arrays::{Argument, ArrayLike, NdArray, Numbers};
+use crate::arrays::{Argument, ArrayLike, NdArray, NumberLike, Numbers};
 use crate::binding::Binding;
 use crate::errors::to_python;
 use crate::words::{BasisWord, DeviceWord, KnotsWord, OutsideWord};
@@ -61,17 +61,18 @@ impl Lattice {
     /// A lattice whose domain is the axis-aligned box of points (V, 3), widened by `margin` times its size on every side.
     /// Where the points are flat the box gets their largest extent. Raises LatticeError.
     #[staticmethod]
-    #[pyo3(signature = (vertices, shape=None, basis=BasisWord::Bernstein, margin=0.0, degree=None, knots=KnotsWord::Uniform))]
+    #[pyo3(signature = (vertices, shape=None, basis=BasisWord::Bernstein, margin=NumberLike::Default(0.0), degree=None, knots=KnotsWord::Uniform))]
     fn around(
         vertices: ArrayLike<'_>,
         shape: Option<ArrayLike<'_>>,
         basis: BasisWord,
-        margin: f64,
+        margin: NumberLike<'_>,
         degree: Option<ArrayLike<'_>>,
         knots: KnotsWord<'_>,
     ) -> PyResult<Self> {
         let axes = axes(shape, basis, degree, knots)?;
-        let points = Argument::lattice("vertices").points(&vertices, Numbers::FloatsOrIntegers)?;
+        let points = Argument::lattice("vertices").points(&vertices)?;
+        let margin = Argument::lattice("margin").number(&margin)?;
         Ok(Self { core: Core::around(axes, &points, margin).map_err(to_python)?, basis })
     }
 
@@ -118,7 +119,7 @@ impl Lattice {
 
     /// Parameters (s, t, u) of points (V, 3), float64 (V, 3); in [0, 1] inside the domain.
     fn parameters<'py>(&self, py: Python<'py>, points: ArrayLike<'py>) -> PyResult<NdArray<'py, f64>> {
-        let points = Argument::mesh("points").points(&points, Numbers::FloatsOrIntegers)?;
+        let points = Argument::mesh("points").points(&points)?;
         let parameters: Vec<_> = py.detach(|| points.iter().map(|&p| self.core.parameter(p)).collect());
         NdArray::points(py, &parameters, &[parameters.len(), 3])
     }
@@ -131,7 +132,7 @@ impl Lattice {
         parameters: ArrayLike<'py>,
         control: ArrayLike<'py>,
     ) -> PyResult<NdArray<'py, f64>> {
-        let parameters = Argument::lattice("parameters").points(&parameters, Numbers::FloatsOrIntegers)?;
+        let parameters = Argument::lattice("parameters").points(&parameters)?;
         let control = Argument::lattice("control").control(&control, self.core.shape())?;
         let points = py.detach(|| self.core.evaluate(&parameters, &control)).map_err(to_python)?;
         NdArray::points(py, &points, &[points.len(), 3])
