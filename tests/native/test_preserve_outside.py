@@ -71,6 +71,20 @@ def test_layers_at_a_crossed_face_do_not_move(spec, layers, method, axis, side):
 
 @each_spec
 @each_method
+def test_a_mesh_that_leaves_over_a_corner(spec, layers, method):
+    """Three faces are crossed, and the layers of all three stand still."""
+    vertices, triangles = meshes.bumpy_ball(4, 0.1, centre=(0.3, 0.7, 0.3))
+    control = lattices.noisy(spec, 0.02)
+    result = spec.build().bind(vertices, triangles, outside="keep").preserve(control, method=method)
+    for axis, side in enumerate((0, 1, 0)):
+        np.testing.assert_array_equal(face_layers(result.control - control, axis, side, layers), 0)
+    target = oracle.volume(vertices, triangles, spec.centre)
+    room = oracle.tolerance(result.vertices, triangles, spec.centre, target)
+    assert oracle.volume(result.vertices, triangles, spec.centre) == pytest.approx(target, rel=room)
+
+
+@each_spec
+@each_method
 def test_extend_freezes_nothing_and_is_exact(spec, layers, method):
     vertices, triangles = sticking_out(2, 0)
     control = lattices.deformed(spec, "squash", 0.5)
