@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Adds, finds and sets the extension's modifier "Volume Lattice" as a user's script would (bpy)."""
+
+from typing import Any
+
+import bpy
+from blender_session import DemoError
+
+MODIFIER_NAME = "Volume Lattice"
+
+
+def add_volume_lattice(ball: bpy.types.Object, points: tuple[int, int, int]) -> bpy.types.Object:
+    """Gives `ball` the modifier through the extension's operator, corrected in x and y; returns its lattice object."""
+    bpy.ops.object.select_all(action="DESELECT")
+    bpy.context.view_layer.objects.active = ball
+    ball.select_set(True)
+    outcome = bpy.ops.isochor.add(resolution=points, basis="BSPLINE", fit="LOCAL", margin=0.05)
+    if outcome != {"FINISHED"}:
+        raise DemoError(f"isochor.add on {ball.name!r} answered {outcome}, expected FINISHED.")
+    modifier = find_volume_lattice(ball)
+    set_input(modifier, "Axes", (1.0, 1.0, 0.0))
+    set_input(modifier, "Preserve", 1.0)
+    return get_input(modifier, "Lattice")
+
+
+def find_volume_lattice(ball: bpy.types.Object) -> bpy.types.NodesModifier:
+    """The extension's modifier on `ball`."""
+    for modifier in ball.modifiers:
+        if modifier.type == "NODES" and modifier.name.startswith(MODIFIER_NAME):
+            return modifier
+    present = ", ".join(modifier.name for modifier in ball.modifiers) or "none"
+    raise DemoError(f"{ball.name!r} has no modifier {MODIFIER_NAME!r} (it has: {present}); make the fixture again.")
+
+
+def _identifier(modifier: bpy.types.NodesModifier, name: str) -> str:
+    for item in modifier.node_group.interface.items_tree:
+        if item.item_type == "SOCKET" and item.in_out == "INPUT" and item.name == name:
+            return str(item.identifier)
+    raise DemoError(f"modifier {modifier.name!r} has no input {name!r}; the fixture and the extension do not fit.")
+
+
+def get_input(modifier: bpy.types.NodesModifier, name: str) -> Any:
+    """Value of the modifier's input called `name`."""
+    identifier = _identifier(modifier, name)
+    if hasattr(modifier, "properties"):  # Blender 5.2 and later
+        return getattr(modifier.properties.inputs, identifier).value
+    return modifier[identifier]
+
+
+def set_input(modifier: bpy.types.NodesModifier, name: str, value: Any) -> None:
+    """Sets the modifier's input called `name`, and tells Blender that it changed."""
+    identifier = _identifier(modifier, name)
+    if hasattr(modifier, "properties"):  # Blender 5.2 and later
+        getattr(modifier.properties.inputs, identifier).value = value
+    else:
+        modifier[identifier] = value
+    modifier.id_data.update_tag()
