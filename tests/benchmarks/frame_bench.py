@@ -14,7 +14,7 @@ from time import perf_counter
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "blender"))
 
-import installed_extension  # noqa: E402
+import installed_extension
 
 installed_extension.isolate()
 

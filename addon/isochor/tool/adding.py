@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Making a Volume Lattice: the lattice object, the modifier, its first evaluation."""
 
+import bmesh
 import bpy
 import numpy as np
 from mathutils import Matrix
@@ -18,11 +19,7 @@ def world_points(obj: bpy.types.Object, context: bpy.types.Context) -> NDArray[n
     """(V, 3) vertices in world space: as evaluated now, or in Edit Mode the selected ones (all where none is)."""
     matrix = np.array(obj.matrix_world, dtype=np.float64)
     if obj.mode == "EDIT":
-        obj.update_from_editmode()
-        points = _positions(obj.data)
-        chosen = np.empty(len(points), bool)
-        obj.data.vertices.foreach_get("select", chosen)
-        points = points[chosen] if chosen.any() else points
+        points = _selected_positions(obj)
     else:
         points = _positions(obj.evaluated_get(context.evaluated_depsgraph_get()).data)
     return points @ matrix[:3, :3].T + matrix[:3, 3]
@@ -71,3 +68,10 @@ def _positions(mesh: bpy.types.Mesh) -> NDArray[np.float64]:
     if len(positions):
         mesh.attributes["position"].data.foreach_get("vector", positions)
     return positions.reshape(-1, 3).astype(np.float64)
+
+
+def _selected_positions(obj: bpy.types.Object) -> NDArray[np.float64]:
+    """Of a mesh in Edit Mode, whose attributes Blender does not show; all vertices where none is selected."""
+    vertices = bmesh.from_edit_mesh(obj.data).verts
+    chosen = [vertex.co for vertex in vertices if vertex.select] or [vertex.co for vertex in vertices]
+    return np.array([tuple(point) for point in chosen], np.float64).reshape(-1, 3)

@@ -11,6 +11,7 @@ from ..core import problem
 from ..core.faces import split_small_faces
 
 Positions = NDArray[np.float32]
+Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 
 def matrix(obj: bpy.types.Object) -> NDArray[np.float64]:
@@ -50,9 +51,19 @@ class LatticePoints:
     high: tuple[float, float, float]
     deformed: Positions
 
+    @property
+    def box(self) -> Box:
+        """First and last undeformed point."""
+        return self.low, self.high
 
-def lattice_points(lattice: bpy.types.Object) -> LatticePoints:
-    """What an evaluated lattice object holds."""
+
+UNIT_BOX = ((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5))
+"""Where Blender puts the undeformed points of a lattice that an object has."""
+
+
+def lattice_points(lattice: bpy.types.Object, known_box: Box = UNIT_BOX) -> LatticePoints:
+    """What an evaluated lattice object holds. In the lattice's edit mode Blender cannot tell the undeformed points:
+    then the box is ``known_box``."""
     data = lattice.data
     shape = (data.points_u, data.points_v, data.points_w)
     count = len(data.points)
@@ -60,7 +71,8 @@ def lattice_points(lattice: bpy.types.Object) -> LatticePoints:
         raise problem.Problem(problem.capped_lattice(lattice.name, shape, count))
     points = np.empty(count * 3, np.float32)
     data.points.foreach_get("co_deform", points)
-    return LatticePoints(shape, tuple(data.points[0].co), tuple(data.points[-1].co), points)
+    box = known_box if data.is_editmode else (tuple(data.points[0].co), tuple(data.points[-1].co))
+    return LatticePoints(shape, *box, points)
 
 
 @dataclass

@@ -20,6 +20,7 @@ class Memory:
 
     solver: Solver = field(default_factory=Solver)
     faces: evaluated.Faces = field(default_factory=evaluated.Faces)
+    lattice_boxes: dict[int, evaluated.Box] = field(default_factory=dict)
     written: Outcome | None = None
     report: Report = field(default_factory=Report)
 
@@ -131,7 +132,8 @@ def _request(
     settings: Settings,
 ) -> tuple[Request, list[str]]:
     lattice = _lattice(job)
-    points = evaluated.lattice_points(lattice)
+    points = evaluated.lattice_points(lattice, memory.lattice_boxes.get(lattice.session_uid, evaluated.UNIT_BOX))
+    memory.lattice_boxes[lattice.session_uid] = points.box
     object_matrix, lattice_matrix = evaluated.matrix(job.obj_evaluated), evaluated.matrix(lattice)
     names = (job.obj.name, lattice.name)
     transform = grid.relative_transform(object_matrix, lattice_matrix, names)
