@@ -141,7 +141,7 @@ def set_stage(scene: bpy.types.Scene) -> None:
     objects = (
         _add_ground(),
         _add_sun("Key", (0.45, 0.50, -0.75), softness_degrees=14, strength=2.6, colour=(1.0, 0.95, 0.88)),
-        _add_camera((0.0, -11.5, 3.9), (0, 0, 1.24), lens=98),
+        _add_camera((0.0, -11.5, 3.9), (0, 0, 1.21), lens=95),
     )
     for item in objects:
         scene.collection.objects.link(item)

@@ -16,7 +16,6 @@ PAPER = (250, 249, 246)
 DARK = (28, 34, 52)
 RED = (190, 42, 24)
 TEAL = (8, 104, 124)
-COLOURS = 224  # a palette keeps the file small; more colours than this cost size and show nothing
 
 
 def _row_captions(rows: list[BounceRow], name: str) -> list[str]:
@@ -52,10 +51,10 @@ def draw_film_strip(rows: list[BounceRow], frame_path: FramePath, output: Path) 
             strip.paste(Image.open(frame_path(variant, row.frame)), (left, top + TITLE_HEIGHT))
             _draw_caption(draw, (left + width - 18, top + TITLE_HEIGHT + 16), caption, colour)
             draw.text(
-                (left + 14, top + TITLE_HEIGHT + height - 12),
+                (left + 14, top + TITLE_HEIGHT + 18),
                 f"frame {row.frame}",
                 font=ImageFont.load_default(17),
                 fill=DARK,
-                anchor="lb",
+                anchor="lt",
             )
-    strip.quantize(COLOURS, dither=Image.Dither.FLOYDSTEINBERG).save(output, optimize=True)
+    strip.quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=2).save(output, optimize=True)
