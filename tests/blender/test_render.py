@@ -4,6 +4,7 @@
 import os
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import bpy
@@ -155,7 +156,7 @@ def test_volume_of_what_is_rendered_on_frames_and_between(noted):
     shapes = [shape for *_, shape in noted]
     for _, _, volume, _ in noted:
         assert abs(volume / whole - 1) <= 1e-6
-    for one, next_one in zip(shapes, shapes[1:], strict=False):
+    for one, next_one in pairwise(shapes):
         assert np.abs(one - next_one).max() > 1e-3
     for when, _, _, shape in noted:
         scene.frame_set(int(when), subframe=when - int(when))

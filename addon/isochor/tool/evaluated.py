@@ -80,28 +80,28 @@ class Faces:
     """Triangles of the mesh that entered, kept as long as its faces stay the same."""
 
     triangles: NDArray[np.int32] | None = field(default=None, repr=False)
-    _stamp: tuple[int, ...] = ()
+    _stamp: object = None
     _corners: NDArray[np.int32] | None = field(default=None, repr=False)
     _starts: NDArray[np.int32] | None = field(default=None, repr=False)
 
     def read(
-        self, mesh: bpy.types.Mesh, original: bpy.types.Mesh, count: int, edited: bool
+        self, mesh: bpy.types.Mesh, original: bpy.types.Mesh, count: int, stamp: object | None
     ) -> NDArray[np.int32] | None:
         """(F, 3) vertex indices, the very same array as long as the faces are the same; None where they cannot be
         read, because modifiers before and after ours both change them.
 
-        ``mesh`` is evaluated, ``count`` the vertices that entered, ``edited`` whether Blender reports an edit of the
-        object's mesh. Blender shares unchanged face arrays between evaluations, so the same storage, unedited, holds
-        the same faces; elsewhere the values are compared.
+        ``mesh`` is evaluated, ``count`` the vertices that entered. Faces are read and compared only where ``stamp``,
+        which with the counts tells all that they can depend on, differs from the last time or is None (unknown):
+        Blender copies whole arrays to let Python see them.
         """
         source = mesh if len(mesh.vertices) == count else original
         if len(source.vertices) != count:
-            self.triangles, self._stamp = None, ()
+            self.triangles, self._stamp = None, None
             return None
-        stamp = storage_stamp(source)
-        if edited or stamp != self._stamp:
+        whole = None if stamp is None else (stamp, count, len(source.loops), len(source.polygons))
+        if whole is None or whole != self._stamp:
             self._refresh(source, original)
-            self._stamp = stamp
+            self._stamp = whole
         return self.triangles
 
     def _refresh(self, source: bpy.types.Mesh, original: bpy.types.Mesh) -> None:
@@ -110,14 +110,6 @@ class Faces:
             return
         self._corners, self._starts = corners, starts
         self.triangles = triangulate(source, original, corners, starts)
-
-
-def storage_stamp(mesh: bpy.types.Mesh) -> tuple[int, ...]:
-    """Counts and addresses of a mesh's face arrays."""
-    counts = (len(mesh.vertices), len(mesh.loops), len(mesh.polygons))
-    if not len(mesh.polygons):
-        return counts
-    return (*counts, mesh.loops[0].as_pointer(), mesh.polygons[0].as_pointer())
 
 
 def face_arrays(mesh: bpy.types.Mesh) -> tuple[NDArray[np.int32], NDArray[np.int32]]:

@@ -5,7 +5,14 @@ import bpy
 
 from . import node_group
 
-SHARED_BY_RENDER = "RENDER"
+FACES_UNTOUCHED_BY = frozenset(
+    "ARMATURE CAST COLLISION CORRECTIVE_SMOOTH CURVE DATA_TRANSFER DISPLACE HOOK LAPLACIANDEFORM LAPLACIANSMOOTH LATTICE"
+    " MESH_CACHE MESH_DEFORM MULTIRES NORMAL_EDIT SHRINKWRAP SIMPLE_DEFORM SMOOTH SOFT_BODY SUBSURF SURFACE_DEFORM"
+    " UV_PROJECT UV_WARP VERTEX_WEIGHT_EDIT VERTEX_WEIGHT_MIX VERTEX_WEIGHT_PROXIMITY VOLUME_DISPLACE WARP WAVE"
+    " WEIGHTED_NORMAL".split()
+)
+"""Modifiers after which the faces are those of the mesh, or, of the two that subdivide, follow from them and their
+number. The faces that leave any other modifier may change from frame to frame."""
 
 
 def is_ours(modifier: bpy.types.Modifier) -> bool:
@@ -20,7 +27,7 @@ def ours(obj: bpy.types.Object) -> list[bpy.types.NodesModifier]:
 
 def is_on(modifier: bpy.types.Modifier, mode: str) -> bool:
     """Whether Blender evaluates the modifier in this depsgraph mode (VIEWPORT or RENDER)."""
-    if mode == SHARED_BY_RENDER:
+    if mode == "RENDER":
         return modifier.show_render
     editing = modifier.id_data.mode == "EDIT"
     return modifier.show_viewport and (modifier.show_in_editmode or not editing)
@@ -29,6 +36,12 @@ def is_on(modifier: bpy.types.Modifier, mode: str) -> bool:
 def active(obj: bpy.types.Object, mode: str) -> list[bpy.types.Modifier]:
     """All modifiers that are evaluated in this mode, ours and others, in stack order."""
     return [modifier for modifier in obj.modifiers if is_on(modifier, mode)]
+
+
+def face_stamp(modifiers: list[bpy.types.Modifier]) -> tuple[int, ...] | None:
+    """Names modifiers whose faces change only with the mesh, or None where there are others."""
+    steady = all(is_ours(modifier) or modifier.type in FACES_UNTOUCHED_BY for modifier in modifiers)
+    return tuple(modifier.persistent_uid for modifier in modifiers) if steady else None
 
 
 def following(modifiers: list[bpy.types.Modifier], modifier: bpy.types.Modifier) -> list[bpy.types.Modifier]:

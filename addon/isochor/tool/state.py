@@ -2,6 +2,7 @@
 """What the add-on keeps in this session; one lock serialises the viewport's and the render's threads."""
 
 import threading
+from collections import Counter
 
 import bpy
 
@@ -11,6 +12,8 @@ from .update import Memory, update_object
 _lock = threading.RLock()
 _memories: dict[tuple[int, int, str], Memory] = {}
 _printed: set[str] = set()
+_edits: Counter[int] = Counter()
+"""Edits seen of each mesh, by its session identifier."""
 
 
 def clear() -> None:
@@ -18,6 +21,7 @@ def clear() -> None:
     with _lock:
         _memories.clear()
         _printed.clear()
+        _edits.clear()
 
 
 def recall(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mode: str = "VIEWPORT") -> Memory | None:
@@ -27,13 +31,13 @@ def recall(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mode: str =
 
 def refresh(objects: list[bpy.types.Object], depsgraph: bpy.types.Depsgraph) -> None:
     """Computes these objects' modifiers from what ``depsgraph`` evaluated and writes their result meshes."""
-    if not objects:
-        return
-    edited = edited_meshes(depsgraph)
     with _lock:
+        _edits.update(edited_meshes(depsgraph))
+        if not objects:
+            return
         results.ensure_own()
         for obj in objects:
-            for memory in update_object(obj, depsgraph, obj.data.session_uid in edited, _memories):
+            for memory in update_object(obj, depsgraph, _edits[obj.data.session_uid], _memories):
                 _print_once(obj, memory.report.problems)
 
 

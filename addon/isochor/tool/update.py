@@ -33,7 +33,7 @@ class Job:
     obj_evaluated: bpy.types.Object
     modifier: bpy.types.NodesModifier
     depsgraph: bpy.types.Depsgraph
-    mesh_edited: bool
+    mesh_edits: int
 
     @property
     def mode(self) -> str:
@@ -59,10 +59,10 @@ class Job:
 
 
 def update_object(
-    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, mesh_edited: bool, memories: dict[tuple, Memory]
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, mesh_edits: int, memories: dict[tuple, Memory]
 ) -> list[Memory]:
     """Computes all of the object's modifiers that are on, each fed the fresh result of the one before, and writes
-    what has changed. Returns the memories touched, reports in them."""
+    what has changed. ``mesh_edits`` counts the edits of its mesh. Returns the memories touched, reports in them."""
     obj_evaluated = obj.evaluated_get(depsgraph)
     if not obj_evaluated.is_evaluated or obj_evaluated.type != "MESH" or obj_evaluated.data.is_editmode:
         return []
@@ -72,7 +72,7 @@ def update_object(
     for place, modifier in enumerate(modifiers):
         if not stack.is_ours(modifier):
             continue
-        job = Job(obj, obj_evaluated, modifier, depsgraph, mesh_edited)
+        job = Job(obj, obj_evaluated, modifier, depsgraph, mesh_edits)
         if sockets.read(job.evaluated_modifier, sockets.SLOT) != job.slot:
             continue
         memory = memories.setdefault(job.key, Memory())
@@ -184,7 +184,10 @@ def _triangles(
     job: Job, memory: Memory, modifiers: list[bpy.types.Modifier], count: int
 ) -> tuple[NDArray[np.int32] | None, str]:
     """Triangles of what entered, or None and the reason in plain words."""
-    triangles = memory.faces.read(job.obj_evaluated.data, job.obj.data, count, job.mesh_edited)
+    stamp = stack.face_stamp(modifiers)
+    if stamp is not None:
+        stamp = (job.obj.data.session_uid, job.mesh_edits, *stamp)
+    triangles = memory.faces.read(job.obj_evaluated.data, job.obj.data, count, stamp)
     if triangles is None:
         others = [*stack.preceding(modifiers, job.modifier), *stack.following(modifiers, job.modifier)]
         return None, problem.faces_hidden_by([modifier.name for modifier in others])
