@@ -211,7 +211,7 @@ def test_mesh_edited_during_playback():
     ball.data.update()
     bpy.context.scene.frame_set(9)
     assert problems(ball) == ""
-    assert scenes.report(ball, modifier).error <= 1e-6
+    assert scenes.report(ball, modifier).volumes.error <= 1e-6
     assert abs(scenes.evaluated_volume(ball) / scenes.volume(ball.data) - 1) <= 1e-6
 
 

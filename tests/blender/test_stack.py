@@ -75,7 +75,7 @@ def test_subdivision_before_ours():
     scenes.set_input(modifier, "Preserve", 1.0)
     bpy.context.view_layer.update()
     assert scenes.report(cube, modifier).problems == ()
-    assert scenes.report(cube, modifier).error <= 1e-6
+    assert scenes.report(cube, modifier).volumes.error <= 1e-6
     volumes = [scenes.get_input(modifier, f"{mode} Result")["isochor_rest_volume"] for mode in ("Viewport", "Render")]
     for level, kept in zip((2, 3), volumes, strict=True):
         modifier.show_viewport = False
@@ -117,7 +117,7 @@ def test_modifiers_after_ours_that_add_vertices_at_the_end():
         ball.modifiers.new("After", kind)
         squash(lattice)
         assert scenes.report(ball, modifier).problems == (), kind
-        assert scenes.report(ball, modifier).volume_before < 0.55 * scenes.volume(ball.data), kind
+        assert scenes.report(ball, modifier).volumes.before < 0.55 * scenes.volume(ball.data), kind
 
 
 def test_modifier_after_ours_that_loses_vertices_shows_the_mesh_undeformed_and_says_so():

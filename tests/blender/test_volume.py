@@ -31,9 +31,9 @@ def test_volume_is_kept(method, basis, side, size):
     assert relative(scenes.evaluated_volume(ball), whole) <= 1e-6
     report = scenes.report(ball, modifier)
     assert report.problems == ()
-    assert relative(report.target, whole) <= 1e-6
-    assert report.error <= 1e-6
-    assert report.volume_before == pytest.approx(0.4 * whole, rel=1e-5)
+    assert relative(report.volumes.target, whole) <= 1e-6
+    assert report.volumes.error <= 1e-6
+    assert report.volumes.before == pytest.approx(0.4 * whole, rel=1e-5)
     assert report.result.method == method.lower()
     scenes.set_input(modifier, "Preserve", 0.0)
     bpy.context.view_layer.update()
@@ -139,7 +139,7 @@ def test_quads_and_larger_faces_keep_the_volume_over_the_incoming_triangles():
     lattice = scenes.lattice_object(4)
     modifier = scenes.volume_lattice(cylinder, lattice, Axes=(1.0, 1.0, 0.0))
     squashed(lattice, 0.5)
-    assert scenes.report(cylinder, modifier).error <= 1e-6
+    assert scenes.report(cylinder, modifier).volumes.error <= 1e-6
     assert relative(scenes.evaluated_volume(cylinder), scenes.volume(cylinder.data)) < 1e-5
 
 

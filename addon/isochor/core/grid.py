@@ -113,4 +113,4 @@ def correction_frame(space: str, object_matrix: Array, to_object: Array) -> Arra
         return None
     if space == "Lattice":
         return unit_columns(to_object).T
-    return unit_columns(np.linalg.inv(object_matrix)).T
+    return unit_columns(np.asarray(np.linalg.inv(object_matrix), np.float64)).T

@@ -3,6 +3,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +11,19 @@ from numpy.typing import NDArray
 import isochor
 
 
+class Volumes(NamedTuple):
+    """Signed volumes in cubic units of the object's own space: ``before`` the correction, as the animator's lattice
+    deforms the mesh, and ``after`` it. ``error`` is |after - target| / |target|."""
+
+    target: float
+    before: float
+    after: float
+    error: float
+
+
 @dataclass
 class Report:
-    """Volumes in cubic units of the object's own space, lengths in its units, time in milliseconds."""
+    """Lengths in units of the object's own space, time in milliseconds."""
 
     problems: tuple[str, ...] = ()
     binding: isochor.Binding | None = field(default=None, repr=False)
@@ -26,26 +37,12 @@ class Report:
         return str(self.result.device) if self.result is not None else ""
 
     @cached_property
-    def volume_before(self) -> float | None:
-        """Of the mesh as the animator's lattice deforms it; None where it has no volume."""
-        if self.binding is None or self.result is None:
+    def volumes(self) -> Volumes | None:
+        """None where no volume was corrected."""
+        if self.binding is None or self.result is None or self.asked is None:
             return None
-        return self.binding.volume(self.asked)
-
-    @cached_property
-    def volume(self) -> float | None:
-        """Of the corrected mesh, signed."""
-        return self.result.volume if self.result is not None else None
-
-    @cached_property
-    def target(self) -> float | None:
-        """The volume that was to be reached, signed."""
-        return self.result.target if self.result is not None else None
-
-    @cached_property
-    def error(self) -> float | None:
-        """|volume - target| / |target| on the deformed vertices."""
-        return self.result.error if self.result is not None else None
+        result = self.result
+        return Volumes(result.target, self.binding.volume(self.asked), result.volume, result.error)
 
     @cached_property
     def largest_displacement(self) -> float | None:
@@ -62,4 +59,4 @@ class Report:
     @cached_property
     def inside_out(self) -> bool:
         """Whether the faces point inwards, so that the volume counts as negative."""
-        return self.target is not None and self.target < 0.0
+        return self.result is not None and self.result.target < 0.0

@@ -3,6 +3,7 @@
 
 from dataclasses import dataclass, field
 from time import perf_counter
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,10 @@ import isochor
 from .grid import Grid, build_lattice
 from .report import Report
 from .settings import Settings
+
+Vertices = NDArray[np.floating[Any]]
+METHODS: dict[str, Literal["balanced", "sweep"]] = {"Balanced": "balanced", "Sweep": "sweep"}
+OUTSIDES: dict[str, Literal["keep", "extend"]] = {"Keep": "keep", "Extend": "extend"}
 
 
 @dataclass(frozen=True)
@@ -24,7 +29,7 @@ class Request:
     volume that entered when the modifier was added, or None where that is not known.
     """
 
-    positions: NDArray[np.float32] = field(repr=False)
+    positions: Vertices = field(repr=False)
     influence: NDArray[np.float32] | None = field(repr=False)
     triangles: NDArray[np.int32] | None = field(repr=False)
     no_triangles: str
@@ -53,7 +58,7 @@ class Request:
 class Outcome:
     """``vertices`` (V, 3) float32 in object space, or None: leave the mesh undeformed. ``report`` says why."""
 
-    vertices: NDArray[np.float32] | None = field(repr=False)
+    vertices: Vertices | None = field(repr=False)
     report: Report
 
 
@@ -117,7 +122,7 @@ class Solver:
             request.control,
             axes=settings.axes,
             frame=request.frame,
-            method=settings.method.lower(),
+            method=METHODS[settings.method],
             target=wanted_volume(binding, request),
             amount=settings.preserve,
         )
@@ -129,13 +134,11 @@ class Solver:
             self._binding = self._lattice.bind(
                 request.positions,
                 request.triangles,
-                outside=request.settings.outside.lower(),
+                outside=OUTSIDES[request.settings.outside],
                 influence=request.influence,
             )
         else:
-            changes = self._changes(request, before)
-            if changes:
-                self._binding.update(**changes)
+            self._update(self._binding, request, before)
         self._bound = request
         return self._binding
 
@@ -147,16 +150,20 @@ class Solver:
             and (request.influence is None) == (before.influence is None)
         )
 
-    def _changes(self, request: Request, before: Request) -> dict[str, object]:
-        changes: dict[str, object] = {}
-        if not np.array_equal(request.positions, before.positions):
-            changes["vertices"] = request.positions
-        if not request.grid.same_as(before.grid):
+    def _update(self, binding: isochor.Binding, request: Request, before: Request) -> None:
+        """Hands the binding what differs from the frame before."""
+        same_lattice = request.grid.same_as(before.grid)
+        same_positions = np.array_equal(request.positions, before.positions)
+        same_influence = same_array(request.influence, before.influence)
+        if same_lattice and same_positions and same_influence:
+            return
+        if not same_lattice:
             self._lattice = build_lattice(request.grid)
-            changes["lattice"] = self._lattice
-        if not same_array(request.influence, before.influence):
-            changes["influence"] = request.influence
-        return changes
+        binding.update(
+            vertices=None if same_positions else request.positions,
+            lattice=None if same_lattice else self._lattice,
+            influence=None if same_influence else request.influence,
+        )
 
     def _forget(self) -> None:
         self._binding = self._lattice = self._bound = None
@@ -170,7 +177,7 @@ def wanted_volume(binding: isochor.Binding, request: Request) -> float:
     return binding.reference_volume * settings.target
 
 
-def same_array(one: NDArray | None, other: NDArray | None) -> bool:
+def same_array(one: NDArray[Any] | None, other: NDArray[Any] | None) -> bool:
     """Equal in every element, or both None."""
     if one is None or other is None:
         return one is other

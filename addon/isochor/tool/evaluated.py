@@ -2,6 +2,7 @@
 """Reading what Blender evaluated: the mesh that entered a modifier, its faces, the lattice's points."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import bpy
 import numpy as np
@@ -19,12 +20,14 @@ def matrix(obj: bpy.types.Object) -> NDArray[np.float64]:
     return np.array(obj.matrix_world, dtype=np.float64)
 
 
-def attribute(mesh: bpy.types.Mesh, name: str, field_name: str, width: int, dtype: type) -> NDArray | None:
+def attribute(
+    mesh: bpy.types.Mesh, name: str, field_name: str, width: int, dtype: type[np.generic]
+) -> NDArray[Any] | None:
     """Values of a point attribute, flat, or None where the mesh does not have it in full."""
     found = mesh.attributes.get(name)
     if found is None or found.domain != "POINT" or len(found.data) != len(mesh.vertices):
         return None
-    values = np.empty(len(found.data) * width, dtype)
+    values: NDArray[Any] = np.empty(len(found.data) * width, dtype)
     found.data.foreach_get(field_name, values)
     return values
 
@@ -143,6 +146,6 @@ def loop_triangles(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
     return triangles.reshape(-1, 3)
 
 
-def same(one: NDArray, other: NDArray | None) -> bool:
+def same(one: NDArray[Any], other: NDArray[Any] | None) -> bool:
     """Equal in every element."""
     return other is not None and np.array_equal(one, other)

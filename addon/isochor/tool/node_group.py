@@ -95,7 +95,9 @@ def _add_interpolation_inputs(group: bpy.types.NodeTree, panel: Panel) -> None:
     _menu(group, "Outside", "Vertices outside the lattice: keep them, or extend the deformation to them", panel)
 
 
-def _input(group: bpy.types.NodeTree, name: str, kind: str, description: str, panel: Panel | None = None):
+def _input(
+    group: bpy.types.NodeTree, name: str, kind: str, description: str, panel: Panel | None = None
+) -> bpy.types.NodeTreeInterfaceSocket:
     return group.interface.new_socket(
         name, description=description, in_out="INPUT", socket_type=f"NodeSocket{kind}", parent=panel
     )

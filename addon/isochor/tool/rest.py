@@ -16,7 +16,10 @@ def measure_for_render(
     obj: bpy.types.Object, modifier: bpy.types.NodesModifier, view_layer: bpy.types.ViewLayer
 ) -> None:
     """Keeps the rest volume of renders on the modifier's render result. The viewport's must have been kept before."""
-    kept = results.of(modifier, "VIEWPORT").get(results.REST_VOLUME)
+    shown, rendered = results.of(modifier, "VIEWPORT"), results.of(modifier, "RENDER")
+    if shown is None or rendered is None:
+        return
+    kept = shown.get(results.REST_VOLUME)
     differing = differing_settings(obj)
     if kept is not None and differing:
         with viewport_as_render(differing):
@@ -24,7 +27,7 @@ def measure_for_render(
             kept = entering_volume(obj, modifier)
         view_layer.update()
     if kept is not None:
-        results.keep_rest(results.of(modifier, "RENDER"), kept, obj)
+        results.keep_rest(rendered, kept, obj)
 
 
 def entering_volume(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> float | None:

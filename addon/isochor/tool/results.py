@@ -6,9 +6,8 @@ sense carries each, since an input can name an object only.
 """
 
 import bpy
-import numpy as np
-from numpy.typing import NDArray
 
+from ..core.solver import Vertices
 from . import node_group, sockets, stack
 
 REST_VOLUME = "isochor_rest_volume"
@@ -37,7 +36,7 @@ def ensure_own() -> None:
                 taken.add(_ensure_result(obj, modifier, mode, taken))
 
 
-def write(result: bpy.types.Object, positions: NDArray[np.float32] | None) -> None:
+def write(result: bpy.types.Object, positions: Vertices | None) -> None:
     """Makes the result's points these (V, 3) positions; with None no points, which shows the undeformed mesh."""
     mesh = result.data
     count = 0 if positions is None else len(positions)

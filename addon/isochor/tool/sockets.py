@@ -23,10 +23,19 @@ LATTICE = "Lattice"
 OBJECTS = (LATTICE, VIEWPORT_RESULT, RENDER_RESULT)
 
 
+_identifiers: dict[int, dict[str, str]] = {}
+"""What ``identifiers`` has found, by the group's session identifier, which Blender never gives twice."""
+
+
 def identifiers(group: bpy.types.NodeTree) -> dict[str, str]:
     """Name to identifier of every input of the node group."""
-    items = group.interface.items_tree
-    return {item.name: item.identifier for item in items if item.item_type == "SOCKET" and item.in_out == "INPUT"}
+    if group.session_uid not in _identifiers:
+        _identifiers[group.session_uid] = {
+            item.name: item.identifier
+            for item in group.interface.items_tree
+            if item.item_type == "SOCKET" and item.in_out == "INPUT"
+        }
+    return _identifiers[group.session_uid]
 
 
 def data_path(modifier: bpy.types.NodesModifier, name: str) -> str:
@@ -35,9 +44,9 @@ def data_path(modifier: bpy.types.NodesModifier, name: str) -> str:
     return f"properties.inputs.{identifier}.value" if _as_properties(modifier) else f'["{identifier}"]'
 
 
-def read(modifier: bpy.types.NodesModifier, name: str, known: dict[str, str] | None = None) -> Any:
+def read(modifier: bpy.types.NodesModifier, name: str) -> Any:
     """Value of an input; of an evaluated modifier, with drivers and keys applied. Menus give the item's name."""
-    identifier = (known or identifiers(modifier.node_group))[name]
+    identifier = identifiers(modifier.node_group)[name]
     if _as_properties(modifier):
         return getattr(modifier.properties.inputs, identifier).value
     value = modifier[identifier]
@@ -59,11 +68,11 @@ def write(modifier: bpy.types.NodesModifier, name: str, value: Any) -> None:
 
 def read_settings(modifier: bpy.types.NodesModifier) -> settings.Settings:
     """Everything but the objects, from an evaluated modifier."""
-    known = identifiers(modifier.node_group)
 
     def value(name: str) -> Any:
-        return read(modifier, name, known)
+        return read(modifier, name)
 
+    x, y, z = value("Axes")
     return settings.Settings(
         strength=value("Strength"),
         vertex_group=value("Vertex Group"),
@@ -71,7 +80,7 @@ def read_settings(modifier: bpy.types.NodesModifier) -> settings.Settings:
         preserve=value("Preserve"),
         reference=value("Reference"),
         target=value("Target"),
-        axes=tuple(float(share) for share in value("Axes")),
+        axes=(x, y, z),
         space=value("Space"),
         method=value("Method"),
         basis=value("Basis"),

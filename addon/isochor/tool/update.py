@@ -2,6 +2,7 @@
 """Computes one object's Volume Lattice modifiers from one evaluated depsgraph and writes their result meshes."""
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import bpy
 import numpy as np
@@ -10,8 +11,11 @@ from numpy.typing import NDArray
 from ..core import grid, problem
 from ..core.report import Report
 from ..core.settings import Settings
-from ..core.solver import Outcome, Request, Solver
+from ..core.solver import Outcome, Request, Solver, Vertices
 from . import evaluated, node_group, results, sockets, stack
+
+Key = tuple[int, int, str]
+"""Session identifier of the object, identifier of the modifier in it, depsgraph mode."""
 
 
 @dataclass
@@ -40,7 +44,7 @@ class Job:
         return self.depsgraph.mode
 
     @property
-    def key(self) -> tuple[int, int, str]:
+    def key(self) -> Key:
         """Names the modifier in this session, across undo and renaming."""
         return self.obj.session_uid, self.modifier.persistent_uid, self.mode
 
@@ -49,7 +53,7 @@ class Job:
         """The copy with drivers and keys applied."""
         return self.obj_evaluated.modifiers[self.modifier.name]
 
-    def attribute(self, prefix: str, field_name: str, width: int, dtype: type) -> NDArray | None:
+    def attribute(self, prefix: str, field_name: str, width: int, dtype: type[np.generic]) -> NDArray[Any] | None:
         """One of the attributes that the node group stored on the evaluated mesh."""
         return evaluated.attribute(self.obj_evaluated.data, prefix + self.slot, field_name, width, dtype)
 
@@ -59,7 +63,7 @@ class Job:
 
 
 def update_object(
-    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, mesh_edits: int, memories: dict[tuple, Memory]
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, mesh_edits: int, memories: dict[Key, Memory]
 ) -> list[Memory]:
     """Computes all of the object's modifiers that are on, each fed the fresh result of the one before, and writes
     what has changed. ``mesh_edits`` counts the edits of its mesh. Returns the memories touched, reports in them."""
@@ -68,7 +72,7 @@ def update_object(
         return []
     modifiers = stack.active(obj, depsgraph.mode)
     touched = []
-    fresh: NDArray[np.float32] | None = None
+    fresh: Vertices | None = None
     for place, modifier in enumerate(modifiers):
         if not stack.is_ours(modifier):
             continue
@@ -83,8 +87,8 @@ def update_object(
 
 
 def _update_modifier(
-    job: Job, memory: Memory, modifiers: list[bpy.types.Modifier], fresh: NDArray[np.float32] | None
-) -> NDArray[np.float32] | None:
+    job: Job, memory: Memory, modifiers: list[bpy.types.Modifier], fresh: Vertices | None
+) -> Vertices | None:
     """Computes and writes one modifier; the vertices that leave it, or None where they cannot be known."""
     entered = None
     problems: list[str] = []
@@ -105,7 +109,7 @@ def _update_modifier(
     return entered if outcome.vertices is None else outcome.vertices
 
 
-def _entered(job: Job, modifiers: list[bpy.types.Modifier], fresh: NDArray[np.float32] | None) -> NDArray[np.float32]:
+def _entered(job: Job, modifiers: list[bpy.types.Modifier], fresh: Vertices | None) -> Vertices:
     """(V, 3) positions that entered the modifier, in object space."""
     if fresh is not None:
         return fresh
@@ -128,7 +132,7 @@ def _request(
     job: Job,
     memory: Memory,
     modifiers: list[bpy.types.Modifier],
-    positions: NDArray[np.float32],
+    positions: Vertices,
     settings: Settings,
 ) -> tuple[Request, list[str]]:
     lattice = _lattice(job)

@@ -61,12 +61,13 @@ def draw_text(layout: bpy.types.UILayout, text: str, icon: str) -> None:
 def rows(report: Report) -> list[tuple[str, str]]:
     """Name and value of each number that is known."""
     found: list[tuple[str, str]] = []
-    if report.result is not None:
+    volumes = report.volumes
+    if volumes is not None:
         found += [
-            ("Target volume", f"{report.target:.6g}"),
-            ("Lattice alone", f"{report.volume_before:.6g} ({percent(report.volume_before, report.target)})"),
-            ("Corrected", f"{report.volume:.6g}"),
-            ("Error", f"{report.error:.1e}"),
+            ("Target volume", f"{volumes.target:.6g}"),
+            ("Lattice alone", f"{volumes.before:.6g} ({percent(volumes.before, volumes.target)})"),
+            ("Corrected", f"{volumes.after:.6g}"),
+            ("Error", f"{volumes.error:.1e}"),
             ("Points moved up to", f"{report.largest_displacement:.4g}"),
         ]
     if report.vertices_outside is not None:
