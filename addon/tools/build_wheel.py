@@ -13,7 +13,9 @@ import toolchain
 from workspace import BUILD, ROOT, Command, alone, as_program, fingerprint, is_fresh, output, run, say
 
 PLACE = BUILD / "wheels"
-SOURCES = [ROOT / name for name in ("native", "shaders", "Cargo.toml", "Cargo.lock", "pyproject.toml", "LICENSE")]
+SOURCES = [
+    ROOT / name for name in ("native", "shaders", "Cargo.toml", "Cargo.lock", "pyproject.toml", "README.md", "LICENSE")
+]
 # The oldest glibc that the Blender versions we support run on; PyPI's and Blender's reviewers know the tag.
 PORTABLE = "manylinux_2_28"
 
