@@ -26,8 +26,9 @@ def _row_captions(rows: list[BounceRow], name: str) -> list[str]:
 
 def _draw_caption(draw: ImageDraw.ImageDraw, position: tuple[float, float], text: str, colour: Colour) -> None:
     font = ImageFont.load_default(20)
-    box = draw.textbbox(position, text, font=font, anchor="rt")
-    draw.rounded_rectangle((box[0] - 9, box[1] - 7, box[2] + 9, box[3] + 7), 7, fill=PAPER)
+    right, top = position
+    left = right - draw.textlength(text, font=font)
+    draw.rounded_rectangle((left - 9, top - 7, right + 9, top + 24), 7, fill=PAPER)
     draw.text(position, text, font=font, fill=colour, anchor="rt")
 
 

@@ -63,6 +63,16 @@ def test_fixture_is_what_it_should_be(ball, ours):
     assert tuple(scenes.get_input(ours, "Axes")) == (1.0, 1.0, 0.0)
 
 
+def test_fixture_holds_the_modifier_that_the_extension_makes_now():
+    """If this fails, make the fixture again: blend_fixtures/make_bouncing_ball.py, in bpy 4.5."""
+    node_group, sockets = scenes.part("tool.node_group"), scenes.part("tool.sockets")
+    fresh = node_group.ensure()
+    made_now = (sockets.identifiers(fresh), fresh[node_group.VERSION_KEY])
+    bpy.ops.wm.open_mainfile(filepath=str(FIXTURE))
+    (kept,) = node_group.all_groups()
+    assert (sockets.identifiers(kept), kept[node_group.VERSION_KEY]) == made_now
+
+
 def test_rendered_volume_is_kept_and_round_at_every_frame(ball, ours):
     rest_volume = scenes.volume(ball.data)
     rest = np.ptp(scenes.positions(ball.data), axis=0)
