@@ -20,8 +20,6 @@ def main() -> None:
     zip_file = build_extension.extension()
     say(f"the bouncing ball, in {blender.name}")
     run(_command(blender, zip_file), blender.isolation("demo"))
-    for file in sorted(file for file in PLACE.iterdir() if file.is_file()):
-        print(f"  {file.relative_to(ROOT)}")
 
 
 def _command(blender: blenders.Blender, zip_file: Path) -> list[str]:
