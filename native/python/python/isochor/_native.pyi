@@ -45,7 +45,7 @@ class Binding:
         weights: ArrayLike | None = None,
         pins: ArrayLike | None = None,
         target: SupportsFloat | SupportsIndex | None = None,
-        amount: SupportsFloat | SupportsIndex | None = None,
+        amount: SupportsFloat | SupportsIndex = ...,
     ) -> Preserved:
         """
         Deforms and corrects the control points so that the volume is the target, exactly: Problem 1 of the volume paper,
@@ -144,7 +144,7 @@ class Lattice:
         vertices: ArrayLike,
         shape: ArrayLike | None = None,
         basis: Literal["bernstein", "bspline"] = ...,
-        margin: SupportsFloat | SupportsIndex | None = None,
+        margin: SupportsFloat | SupportsIndex = ...,
         degree: ArrayLike | None = None,
         knots: Literal["uniform", "clamped"] | Sequence[ArrayLike] = ...,
     ) -> Lattice:
