@@ -2,8 +2,8 @@
 """Free-form deformation that keeps the volume, exactly.
 
 Bind a mesh to a :class:`Lattice`, move the control points, and get the deformed vertices with the volume of the mesh as
-it was (:meth:`Binding.preserve`). The method is that of Hahmann, Bonneau, Barbier, Elber and Hagen, *Volume-preserving FFD
-for programmable graphics hardware* (2012).
+it was (:meth:`Binding.preserve`). The method is that of Hahmann, Bonneau, Barbier, Elber and Hagen, *Volume-preserving
+FFD for programmable graphics hardware* (2012).
 """
 
 from ._native import Binding, Device, Lattice, Preserved, __version__, devices
