@@ -241,3 +241,47 @@ def test_renaming_everything_changes_nothing():
     scenes.set_input(modifier, "Preserve", 0.0)
     bpy.context.view_layer.update()
     assert np.abs(scenes.evaluated_positions(ball) - wanted).max() < 2e-6
+
+
+def test_linked_object_keeps_its_shape_and_its_override_follows_the_lattice(tmp_path):
+    ball = scenes.sphere()
+    lattice = scenes.squashing_lattice(ball, 6, frames=20)
+    bpy.context.scene.frame_set(6)
+    scenes.volume_lattice(ball, lattice, Basis="B-Spline", Reference="Incoming")
+    saved = scenes.evaluated_positions(ball)
+    whole = scenes.volume(ball.data)
+    place = str(tmp_path / "library.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=place)
+    scenes.empty_file()
+    with bpy.data.libraries.load(place, link=True) as (_found, wanted):
+        wanted.objects = ["Ball"]
+    linked = wanted.objects[0]
+    bpy.context.scene.collection.objects.link(linked)
+    for frame in (1, 10):
+        bpy.context.scene.frame_set(frame)
+        assert np.array_equal(scenes.evaluated_positions(linked), saved)
+    assert "make a library override" in scenes.report(linked, linked.modifiers[0]).problems[0]
+    override = linked.override_create(remap_local_usages=True)
+    heights = []
+    for frame in (1, 6, 10):
+        bpy.context.scene.frame_set(frame)
+        assert abs(scenes.evaluated_volume(override) / whole - 1) <= 1e-6
+        heights.append(height(override))
+    assert heights[0] > 1.2 * heights[1] > 1.2 * heights[2]
+
+
+def test_appended_object_brings_what_it_needs(tmp_path):
+    squashed_ball()
+    place = str(tmp_path / "library.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=place)
+    scenes.empty_file()
+    scenes.sphere(name="Other")
+    bpy.ops.isochor.add()
+    with bpy.data.libraries.load(place, link=False) as (_found, wanted):
+        wanted.objects = ["Ball"]
+    ball = wanted.objects[0]
+    bpy.context.scene.collection.objects.link(ball)
+    bpy.context.view_layer.update()
+    squash(bpy.data.objects["Ball Cage"], 0.8)
+    assert keeps_volume(ball)
+    assert height(ball) < 1.25

@@ -153,3 +153,19 @@ def test_inside_out_mesh_is_kept_and_the_report_says_so():
     squashed(lattice, 0.5)
     assert relative(scenes.evaluated_volume(ball), whole) <= 1e-6
     assert scenes.report(ball, modifier).inside_out
+
+
+def test_sidebar_tells_the_numbers():
+    ball = scenes.sphere()
+    lattice = scenes.lattice_object(4, size=1.9)
+    modifier = scenes.volume_lattice(ball, lattice)
+    squashed(lattice, 0.5)
+    told = dict(scenes.part("ui.sidebar").rows(scenes.report(ball, modifier)))
+    assert float(told["Target volume"]) == pytest.approx(scenes.volume(ball.data), rel=1e-5)
+    assert float(told["Corrected"]) == pytest.approx(scenes.volume(ball.data), rel=1e-5)
+    assert "%)" in told["Lattice alone"]
+    assert float(told["Error"]) <= 1e-6
+    assert float(told["Points moved up to"]) > 0.0
+    assert int(told["Vertices outside"]) > 0
+    assert told["Computed on"] == "cpu"
+    assert float(told["Time"].removesuffix(" ms")) > 0.0

@@ -53,3 +53,17 @@ def between(names: list[str]) -> str:
 def no_vertex_group(name: str) -> str:
     """The Vertex Group input names a group that the object lacks."""
     return f"There is no vertex group “{name}”: correct the name in the modifier's Vertex Group input, or clear it."
+
+
+def linked(name: str) -> str:
+    """The object's result meshes belong to another file, where they cannot be written."""
+    return (
+        f"“{name}” is linked from another file and keeps the shape that it was saved with: make a library override of"
+        f" it, or make it local."
+    )
+
+
+def sentence(error: Exception) -> str:
+    """What an error of the native library says, as a sentence of its own."""
+    text = str(error)
+    return f"{text[:1].upper()}{text[1:]}{'' if text.endswith('.') else '.'}"

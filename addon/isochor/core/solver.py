@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 import isochor
 
+from . import problem
 from .grid import Grid, build_lattice
 from .report import Report
 from .settings import Settings
@@ -105,7 +106,7 @@ class Solver:
             binding = self._bind(request)
         except isochor.Error as error:
             self._forget()
-            return Outcome(None, Report(problems=(str(error),)))
+            return Outcome(None, Report(problems=(problem.sentence(error),)))
         report = Report(binding=binding, asked=request.control)
         if request.settings.preserve <= 0.0:
             return Outcome(binding.deform(request.control), report)
@@ -113,7 +114,7 @@ class Solver:
             report.result = self._preserve(binding, request)
             return Outcome(report.result.vertices, report)
         except isochor.Error as error:
-            report.problems = (request.no_triangles or str(error),)
+            report.problems = (request.no_triangles or problem.sentence(error),)
             return Outcome(binding.deform(request.control), report)
 
     def _preserve(self, binding: isochor.Binding, request: Request) -> isochor.Preserved:

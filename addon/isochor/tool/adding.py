@@ -35,7 +35,7 @@ def new_lattice(
     data.points_u, data.points_v, data.points_w = shape
     lattice.matrix_world = Matrix(matrix.tolist())
     lattice[MADE_BY_ADD] = True
-    context.collection.objects.link(lattice)
+    context.view_layer.active_layer_collection.collection.objects.link(lattice)
     return lattice
 
 

@@ -98,9 +98,13 @@ def _add_interpolation_inputs(group: bpy.types.NodeTree, panel: Panel) -> None:
 def _input(
     group: bpy.types.NodeTree, name: str, kind: str, description: str, panel: Panel | None = None
 ) -> bpy.types.NodeTreeInterfaceSocket:
-    return group.interface.new_socket(
+    socket = group.interface.new_socket(
         name, description=description, in_out="INPUT", socket_type=f"NodeSocket{kind}", parent=panel
     )
+    if kind in ("Float", "Bool", "Vector"):
+        # One value for the whole mesh: no button to take it from an attribute.
+        socket.force_non_field = True
+    return socket
 
 
 def _factor(group: bpy.types.NodeTree, name: str, description: str, panel: Panel | None = None) -> None:

@@ -25,7 +25,8 @@ def of(modifier: bpy.types.NodesModifier, mode: str) -> bpy.types.Object | None:
 
 def ensure_own() -> None:
     """Gives every modifier result objects and a slot of its own; a copied object or modifier shares those it came
-    from, and the first in order of name keeps them."""
+    from, and the first in order of name keeps them. A library override gets local ones; what is linked without
+    override cannot be given any."""
     taken: set[int] = set()
     for obj in stack.users(node_group.all_groups()):
         if not obj.is_editable:
@@ -80,7 +81,7 @@ def _ensure_slot(modifier: bpy.types.NodesModifier) -> None:
 def _ensure_result(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mode: str, taken: set[int]) -> int:
     """The session identifier of the modifier's own result object, made or cloned where it has none."""
     result = of(modifier, mode)
-    if result is None or result.session_uid in taken:
+    if result is None or result.session_uid in taken or not result.is_editable:
         result = _new(f".{node_group.NAME} {obj.name} {mode.lower()}", result)
         if result.get(REST_COUNT) != len(obj.data.vertices):
             forget_rest(result)

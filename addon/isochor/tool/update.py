@@ -94,6 +94,8 @@ def _update_modifier(
     problems: list[str] = []
     result = results.of(job.modifier, job.mode)
     try:
+        if result is not None and not result.is_editable:
+            raise problem.Problem(problem.linked(job.obj.name))
         entered = _entered(job, modifiers, fresh)
         settings = sockets.read_settings(job.evaluated_modifier)
         request, problems = _request(job, memory, modifiers, entered, settings)
@@ -102,7 +104,7 @@ def _update_modifier(
         outcome = Outcome(None, Report(problems=(str(trouble),)))
     memory.report = outcome.report
     memory.report.problems = tuple(dict.fromkeys((*problems, *outcome.report.problems)))
-    if result is not None and outcome is not memory.written:
+    if result is not None and result.is_editable and outcome is not memory.written:
         if outcome.vertices is not None or len(result.data.vertices):
             results.write(result, outcome.vertices)
         memory.written = outcome

@@ -77,23 +77,34 @@ class ISOCHOR_OT_remove(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if context.object is not None and stack.ours(context.object):
+        if lattices_of_active(context):
             return True
         cls.poll_message_set("The active object has no Volume Lattice")
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        obj = context.object
-        modifiers = stack.ours(obj)
+        modifiers = lattices_of_active(context)
+        obj = modifiers[0].id_data
         active = obj.modifiers.active
         removing.remove(obj, active if active in modifiers else modifiers[-1])
         return {"FINISHED"}
 
 
+def active_object(context: bpy.types.Context) -> bpy.types.Object | None:
+    """The object that the editor shows (a pinned one too), or the active one where a script runs outside of editors."""
+    return getattr(context, "object", None) or context.view_layer.objects.active
+
+
+def lattices_of_active(context: bpy.types.Context) -> list[bpy.types.NodesModifier]:
+    """The Volume Lattice modifiers of the active object."""
+    obj = active_object(context)
+    return [] if obj is None else stack.ours(obj)
+
+
 def chosen_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
     """The active mesh first, then the other selected ones; the active one alone where it is not selected."""
-    active = context.object
-    meshes = [obj for obj in context.selected_objects if obj.type == "MESH" and obj != active]
+    active = active_object(context)
+    meshes = [obj for obj in context.view_layer.objects.selected if obj.type == "MESH" and obj != active]
     return [active, *meshes] if active is not None and active.type == "MESH" else meshes
 
 

@@ -9,8 +9,9 @@ from ..core.report import Report
 from ..tool import stack, state
 from .operators import ISOCHOR_OT_add, ISOCHOR_OT_remove
 
-LINE_WIDTH = 42
-"""Characters of a problem's text on one line: what fits a sidebar of its default width."""
+INSIDE_OUT = "The mesh is inside out: its volume counts as negative, and is kept all the same."
+LETTER_WIDTH, ICON_AND_MARGINS = 7.0, 75.0
+"""Pixels, at interface scale 1, of a letter of average width, and of what stands beside a line of text in a box."""
 
 
 class VIEW3D_PT_isochor(bpy.types.Panel):
@@ -28,33 +29,41 @@ class VIEW3D_PT_isochor(bpy.types.Panel):
         if not modifiers:
             layout.label(text="The active object has none")
         for modifier in modifiers:
-            draw_modifier(layout.box(), obj, modifier)
+            draw_modifier(layout.box(), obj, modifier, line_width(context))
         row = layout.row(align=True)
         row.operator(ISOCHOR_OT_add.bl_idname, text="Add", icon="MOD_LATTICE")
         row.operator(ISOCHOR_OT_remove.bl_idname, text="Remove", icon="X")
 
 
-def draw_modifier(layout: bpy.types.UILayout, obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
-    """One modifier's numbers."""
+def line_width(context: bpy.types.Context) -> int:
+    """Letters that fit one line of a box in the sidebar as wide as it is now."""
+    pixels = context.region.width / context.preferences.system.ui_scale
+    return max(12, int((pixels - ICON_AND_MARGINS) / LETTER_WIDTH))
+
+
+def draw_modifier(
+    layout: bpy.types.UILayout, obj: bpy.types.Object, modifier: bpy.types.NodesModifier, width: int
+) -> None:
+    """One modifier's problems and numbers, text in lines of ``width`` letters."""
     layout.label(text=modifier.name, icon="MOD_LATTICE")
     memory = state.recall(obj, modifier)
     if memory is None:
         layout.label(text="Not computed yet")
         return
     for text in memory.report.problems:
-        draw_text(layout, text, "ERROR")
+        draw_text(layout, text, "ERROR", width)
     if memory.report.inside_out:
-        draw_text(layout, "The mesh is inside out: its volume counts as negative, and is kept all the same", "INFO")
+        draw_text(layout, INSIDE_OUT, "INFO", width)
     grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
     for name, value in rows(memory.report):
         grid.label(text=name)
         grid.label(text=value)
 
 
-def draw_text(layout: bpy.types.UILayout, text: str, icon: str) -> None:
+def draw_text(layout: bpy.types.UILayout, text: str, icon: str, width: int) -> None:
     """Text over as many lines as it needs."""
     column = layout.column(align=True)
-    for number, line in enumerate(textwrap.wrap(text, LINE_WIDTH)):
+    for number, line in enumerate(textwrap.wrap(text, width)):
         column.label(text=line, icon=icon if number == 0 else "BLANK1")
 
 
