@@ -4,7 +4,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import blenders
 import build_extension
@@ -14,7 +13,7 @@ import environments
 import reports
 import toolchain
 from reports import Report
-from workspace import BUILD, ROOT, status
+from workspace import BUILD, ROOT, Command, status
 
 TESTS = ROOT / "tests"
 # The Python that is ours to check; the extension is typed under a name of its own, the wheel has the same.
@@ -54,20 +53,20 @@ def stubs() -> Report:
 
 
 def python_format() -> Report:
-    ruff = _tool("ruff")
+    ruff = environments.python("tools").with_name("ruff")
     check = reports.from_status(status([ruff, "check", *PYTHON_CODE]), "ruff check")
     return _noted(check + reports.from_status(status([ruff, "format", "--check", *PYTHON_CODE]), ""), "ruff")
 
 
 def python_types() -> Report:
-    mypy = _tool("mypy")
+    mypy: Command = [environments.python("tools"), "-m", "mypy"]
     TYPED_ADDON.parent.mkdir(parents=True, exist_ok=True)
     TYPED_ADDON.unlink(missing_ok=True)
     TYPED_ADDON.symlink_to(build_extension.SOURCE, target_is_directory=True)
-    library = status([mypy, ROOT / "native/python/python/isochor"])
-    tools = status([mypy, ROOT / "addon/tools"])
+    library = status([*mypy, ROOT / "native/python/python/isochor"])
+    tools = status([*mypy, ROOT / "addon/tools"])
     search = {"MYPYPATH": f"{ROOT / 'native/python/python'}:{TYPED_ADDON.parent}"}
-    addon = status([mypy, TYPED_ADDON / "core"], search)
+    addon = status([*mypy, TYPED_ADDON / "core"], search)
     return _noted(sum((reports.from_status(found, "") for found in (library, tools, addon)), Report()), "mypy")
 
 
@@ -124,10 +123,6 @@ def _pytest(command: list[str], name: str, env: dict[str, str]) -> Report:
 
 def _noted(report: Report, note: str) -> Report:
     return Report(report.passed, report.failed, report.skipped, note)
-
-
-def _tool(name: str) -> Path:
-    return environments.python("tools").with_name(name)
 
 
 def _clippy_environment() -> dict[str, str]:

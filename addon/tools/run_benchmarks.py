@@ -8,18 +8,20 @@ import blenders
 import build_extension
 import build_wheel
 import environments
-from workspace import ROOT, as_program, run, say
+from workspace import ROOT, as_program, fail, say, status
 
 PLACE = ROOT / "tests" / "benchmarks"
 
 
 def main() -> None:
     say("the wheel alone")
-    run([environments.install_wheel("native", build_wheel.wheel()), PLACE / "native_bench.py"])
+    alone = status([environments.install_wheel("native", build_wheel.wheel()), PLACE / "native_bench.py"])
     blender = blenders.preferred()
     zip_file = build_extension.extension()
     say(f"a frame in {blender.name}")
-    run(blender.command(PLACE / "frame_bench.py", "--zip", zip_file), blender.isolation("bench"))
+    framed = status(blender.command(PLACE / "frame_bench.py", "--zip", zip_file), blender.isolation("bench"))
+    if alone or framed:
+        fail("a benchmark missed its target: see its table above")
 
 
 if __name__ == "__main__":
