@@ -203,3 +203,16 @@ def test_modifier_switched_off_and_on():
     modifier.show_viewport = True
     bpy.context.view_layer.update()
     assert follows(ball, lattice)
+
+
+def test_sculpting_shows_in_the_deformed_mesh():
+    ball, lattice, _ = plain_scene()
+    lattice.data.points[0].co_deform.x += 0.5
+    bpy.context.view_layer.update()
+    bpy.ops.object.mode_set(mode="SCULPT")
+    ball.data.vertices[40].co.x += 0.2
+    ball.update_tag()
+    bpy.context.view_layer.update()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.context.view_layer.update()
+    assert follows(ball, lattice)

@@ -120,22 +120,42 @@ def test_modifiers_after_ours_that_add_vertices_at_the_end():
         assert scenes.report(ball, modifier).volumes.before < 0.55 * scenes.volume(ball.data), kind
 
 
-def test_modifier_after_ours_that_loses_vertices_shows_the_mesh_undeformed_and_says_so():
-    ball = scenes.sphere(12, 8)
+def rounding(ball: bpy.types.Object) -> bpy.types.Modifier:
+    """A Bevel, which replaces every vertex."""
     bevel = ball.modifiers.new("Round Edges", "BEVEL")
     bevel.limit_method = "NONE"
     bevel.width = 0.01
+    return bevel
+
+
+def test_modifier_after_ours_may_replace_the_vertices_where_nothing_comes_before():
+    ball = scenes.sphere(12, 8)
+    lattice = scenes.lattice_object(4)
+    modifier = scenes.volume_lattice(ball, lattice)
+    bevel = rounding(ball)
+    squash(lattice)
+    assert scenes.report(ball, modifier).problems == ()
+    assert np.ptp(scenes.evaluated_positions(ball), axis=0)[2] < 1.7
+    bevel.show_viewport = False
+    squash(lattice, 0.9)
+    assert abs(scenes.evaluated_volume(ball) / scenes.volume(ball.data) - 1) <= 1e-6
+
+
+def test_modifier_after_ours_that_replaces_vertices_made_before_leaves_the_mesh_undeformed_and_says_so():
+    ball = scenes.sphere(12, 8)
+    ball.modifiers.new("Push Out", "DISPLACE").strength = 0.01
+    rounding(ball)
     bpy.context.view_layer.update()
     undeformed = scenes.evaluated_positions(ball)
     lattice = scenes.lattice_object(4)
     modifier = scenes.volume_lattice(ball, lattice)
-    ball.modifiers.move(1, 0)
+    ball.modifiers.move(2, 1)
     squash(lattice)
     (text,) = scenes.report(ball, modifier).problems
     assert "Round Edges" in text
     assert "move Volume Lattice below" in text
     assert np.abs(scenes.evaluated_positions(ball) - undeformed).max() < 1e-6
-    ball.modifiers.move(0, 1)
+    ball.modifiers.move(1, 2)
     bpy.context.view_layer.update()
     assert scenes.report(ball, modifier).problems == ()
     assert np.ptp(scenes.evaluated_positions(ball), axis=0)[2] < 1.7

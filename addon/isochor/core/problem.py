@@ -34,7 +34,7 @@ def capped_lattice(name: str, shape: tuple[int, int, int], count: int) -> str:
 def lost_by(names: list[str]) -> str:
     """The modifiers that follow do not keep the vertices that entered ours."""
     what = f"What comes after Volume Lattice ({', '.join(names)})" if names else "Something after Volume Lattice"
-    return f"{what} replaces the vertices it works on: move Volume Lattice below it in the modifier stack."
+    return f"{what} replaces the vertices that enter it: move Volume Lattice below that in the modifier stack."
 
 
 def faces_hidden_by(names: list[str]) -> str:

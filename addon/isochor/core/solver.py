@@ -51,7 +51,7 @@ class Request:
             and np.array_equal(self.control, other.control)
             and same_array(self.frame, other.frame)
             and same_array(self.influence, other.influence)
-            and np.array_equal(self.positions, other.positions)
+            and same_array(self.positions, other.positions)
         )
 
 
@@ -154,7 +154,7 @@ class Solver:
     def _update(self, binding: isochor.Binding, request: Request, before: Request) -> None:
         """Hands the binding what differs from the frame before."""
         same_lattice = request.grid.same_as(before.grid)
-        same_positions = np.array_equal(request.positions, before.positions)
+        same_positions = same_array(request.positions, before.positions)
         same_influence = same_array(request.influence, before.influence)
         if same_lattice and same_positions and same_influence:
             return

@@ -37,6 +37,9 @@ def refresh(objects: list[bpy.types.Object], depsgraph: bpy.types.Depsgraph) -> 
             return
         results.ensure_own()
         for obj in objects:
+            if obj.mode != "OBJECT":
+                # Sculpting and its like change the mesh without Blender reporting an edit of it.
+                _edits[obj.data.session_uid] += 1
             for memory in update_object(obj, depsgraph, _edits[obj.data.session_uid], _memories):
                 _print_once(obj, memory.report.problems)
 

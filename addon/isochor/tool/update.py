@@ -24,6 +24,8 @@ class Memory:
 
     solver: Solver = field(default_factory=Solver)
     faces: evaluated.Faces = field(default_factory=evaluated.Faces)
+    own_positions: Vertices | None = None
+    own_stamp: tuple[int, int] | None = None
     lattice_boxes: dict[int, evaluated.Box] = field(default_factory=dict)
     written: Outcome | None = None
     report: Report = field(default_factory=Report)
@@ -96,7 +98,7 @@ def _update_modifier(
     try:
         if result is not None and not result.is_editable:
             raise problem.Problem(problem.linked(job.obj.name))
-        entered = _entered(job, modifiers, fresh)
+        entered = _entered(job, memory, modifiers, fresh)
         settings = sockets.read_settings(job.evaluated_modifier)
         request, problems = _request(job, memory, modifiers, entered, settings)
         outcome = memory.solver.solve(_with_rest_volume(job, memory, request, result))
@@ -111,23 +113,40 @@ def _update_modifier(
     return entered if outcome.vertices is None else outcome.vertices
 
 
-def _entered(job: Job, modifiers: list[bpy.types.Modifier], fresh: Vertices | None) -> Vertices:
+def _entered(job: Job, memory: Memory, modifiers: list[bpy.types.Modifier], fresh: Vertices | None) -> Vertices:
     """(V, 3) positions that entered the modifier, in object space."""
     if fresh is not None:
         return fresh
-    positions = job.attribute(node_group.INCOMING, "vector", 3, np.float32)
-    after = stack.following(modifiers, job.modifier)
-    if positions is None:
-        raise problem.Problem(problem.lost_by([modifier.name for modifier in after]))
-    positions = positions.reshape(-1, 3)
-    if after:
-        count = evaluated.incoming_count(job.obj_evaluated.data, node_group.ORDER + job.slot)
-        if count is None:
-            raise problem.Problem(problem.lost_by([modifier.name for modifier in after]))
-        positions = positions[:count]
+    mesh = job.obj.data
+    if modifiers[0] == job.modifier and mesh.shape_keys is None and job.obj.mode == "OBJECT":
+        positions = _own_positions(job, memory)
+    else:
+        positions = _stored_positions(job, modifiers)
     if len(positions) == 0:
         raise problem.Problem(problem.NO_VERTICES)
     return positions
+
+
+def _own_positions(job: Job, memory: Memory) -> Vertices:
+    """Those of the object's own mesh, which enter where nothing comes before; read again only after an edit."""
+    stamp = (job.obj.data.session_uid, job.mesh_edits)
+    if memory.own_positions is None or stamp != memory.own_stamp:
+        positions = evaluated.attribute(job.obj.data, "position", "vector", 3, np.float32)
+        memory.own_positions = np.empty((0, 3), np.float32) if positions is None else positions.reshape(-1, 3)
+        memory.own_stamp = stamp
+    return memory.own_positions
+
+
+def _stored_positions(job: Job, modifiers: list[bpy.types.Modifier]) -> Vertices:
+    """Those that the node group stored on the evaluated mesh, if the modifiers that follow kept them."""
+    positions = job.attribute(node_group.INCOMING, "vector", 3, np.float32)
+    after = stack.following(modifiers, job.modifier)
+    count = None if positions is None else len(positions) // 3
+    if count and after:
+        count = evaluated.incoming_count(job.obj_evaluated.data, node_group.ORDER + job.slot)
+    if positions is None or count is None:
+        raise problem.Problem(problem.lost_by([modifier.name for modifier in after]))
+    return positions.reshape(-1, 3)[:count]
 
 
 def _request(
