@@ -179,6 +179,8 @@ fn degree_for(count: usize, degree: usize) -> Result<usize> {
 #[derive(Debug, Clone)]
 pub struct Span {
     degree: usize,
+    /// Parameter at which the cell starts.
+    start: f64,
     /// `(k_left, k_right, 1 / (k_right - k_left))` for each inner step of the recurrence, in its order.
     steps: Vec<[f64; 3]>,
 }
@@ -192,7 +194,7 @@ impl Span {
                 steps.push([left, right, 1.0 / (right - left)]);
             }
         }
-        Self { degree, steps }
+        Self { degree, start: knots[m], steps }
     }
 
     /// Degree of the basis.
@@ -200,10 +202,41 @@ impl Span {
         self.degree
     }
 
+    /// Parameter at which the cell starts.
+    pub fn start(&self) -> f64 {
+        self.start
+    }
+
     /// Steps `(left knot, right knot, reciprocal of their difference)` of the recurrence, `degree (degree + 1) / 2` of
     /// them.
     pub fn steps(&self) -> &[[f64; 3]] {
         &self.steps
+    }
+
+    /// Of a cubic, the four basis functions as polynomials of the parameter measured from the cell's start: coefficients from
+    /// the constant up. `None` for other degrees.
+    pub fn cubic(&self) -> Option<[[f64; 4]; 4]> {
+        if self.degree != 3 {
+            return None;
+        }
+        // The recurrence on polynomials: times (c + d t) shifts coefficients.
+        let times = |p: [f64; 4], c: f64, d: f64| -> [f64; 4] {
+            std::array::from_fn(|i| c * p[i] + if i > 0 { d * p[i - 1] } else { 0.0 })
+        };
+        let mut functions = [[0.0; 4]; 4];
+        functions[0][0] = 1.0;
+        let mut steps = self.steps.iter();
+        for order in 1..=3 {
+            let mut carried = [0.0; 4];
+            for (function, [left, right, inverse]) in functions[..order].iter_mut().zip(steps.by_ref()) {
+                let part = function.map(|c| c * inverse);
+                let falling = times(part, right - self.start, -1.0);
+                *function = std::array::from_fn(|i| carried[i] + falling[i]);
+                carried = times(part, self.start - left, 1.0);
+            }
+            functions[order] = carried;
+        }
+        Some(functions)
     }
 
     /// Values of the `degree + 1` basis functions at `t`, by the Cox-de Boor recurrence: sums of non-negative products, so

@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! A mesh bound to a lattice: everything that stays fixed while the control points move.
 
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::OnceLock;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::embedding::{Embedding, Task, split};
+use crate::embedding::Embedding;
+use crate::engine::{Engine, State, numbers};
 use crate::error::{Error, Result};
-use crate::kernels::{Cell, Deform, Reduce, Reduced, Shift};
-use crate::lanes::{Lanes, dispatch};
+use crate::lanes::{F32x8, F64x8, Lanes};
 use crate::lattice::Lattice;
 use crate::surface::{ClosedSurface, Measure};
 use crate::vertices::{Outside, Scalar, check_influence, check_triangles, check_vertices};
 use crate::walks::Walks;
+
+/// Float32 vertices are deformed in float32 lanes where they fill at least this fraction of the domain along an axis. Rounding in
+/// such lanes is relative to the domain's size; a smaller mesh would show it, and gets float64 lanes.
+const SINGLE_EXTENT: f64 = 1.0 / 16.0;
 
 /// Vertices (and triangles, if a volume is wanted) embedded in a lattice.
 ///
@@ -27,14 +31,27 @@ pub struct Binding<T> {
     outside: Outside,
     surface: OnceLock<Result<ClosedSurface>>,
     embedding: Embedding,
+    engine: Precision,
     walks: OnceLock<Walks>,
     reference: OnceLock<Measure>,
-    /// Coordinate arrays of finished calls, kept for the next.
-    spare: Mutex<Vec<State>>,
 }
 
-/// Coordinates of all slots.
-pub(crate) type State = [Vec<Lanes>; 3];
+/// An engine in the lanes that suit the vertices.
+pub(crate) enum Precision {
+    Single(Engine<F32x8>),
+    Double(Engine<F64x8>),
+}
+
+/// Does the same with an engine of either precision.
+macro_rules! with_engine {
+    ($binding:expr, $engine:ident => $value:expr) => {
+        match $binding.engine() {
+            crate::binding::Precision::Single($engine) => $value,
+            crate::binding::Precision::Double($engine) => $value,
+        }
+    };
+}
+pub(crate) use with_engine;
 
 impl<T: Scalar> Binding<T> {
     /// Embeds `vertices` in the lattice. `influence` (one number in [0, 1] a vertex) scales the deformation.
@@ -55,7 +72,7 @@ impl<T: Scalar> Binding<T> {
         if let Some(influence) = &influence {
             check_influence(influence, vertices.len())?;
         }
-        let embedding = Embedding::new(&lattice, &vertices, influence.as_deref(), outside);
+        let (embedding, engine) = embed(&lattice, &vertices, influence.as_deref(), outside);
         Ok(Self {
             lattice,
             vertices,
@@ -64,9 +81,9 @@ impl<T: Scalar> Binding<T> {
             outside,
             surface: OnceLock::new(),
             embedding,
+            engine,
             walks: OnceLock::new(),
             reference: OnceLock::new(),
-            spare: Mutex::default(),
         })
     }
 
@@ -102,10 +119,9 @@ impl<T: Scalar> Binding<T> {
             self.vertices = vertices;
             self.reference = OnceLock::new();
         }
-        self.embedding =
-            Embedding::new(&self.lattice, &self.vertices, self.influence.as_deref(), self.outside);
+        (self.embedding, self.engine) =
+            embed(&self.lattice, &self.vertices, self.influence.as_deref(), self.outside);
         self.walks = OnceLock::new();
-        self.spare = Mutex::default();
         Ok(())
     }
 
@@ -177,89 +193,53 @@ impl<T: Scalar> Binding<T> {
     /// # Errors
     /// [`Error::Lattice`] for a wrong number of control points or non-finite ones; [`Error::Mesh`] for a wrong `out`.
     pub fn deform(&self, control: &[DVec3], out: &mut [[T; 3]]) -> Result<()> {
-        let state = self.deformed(&self.lattice.displacement(control)?, None);
-        self.write(&state, out)?;
-        self.recycle(state);
+        let displacement = self.lattice.displacement(control)?;
+        with_engine!(self, engine => {
+            let state = engine.deformed(&self.embedding.tasks, &displacement, None);
+            self.write(&state, out)?;
+            engine.recycle(state);
+        });
         Ok(())
     }
 
-    /// Signed volume of the mesh deformed by `control`, in float64 before rounding to the vertices' type.
+    /// Signed volume of the mesh deformed by `control`, summed in float64.
     ///
     /// # Errors
     /// As [`Binding::deform`]; [`Error::Mesh`] where the triangles enclose no volume.
     pub fn volume(&self, control: &[DVec3]) -> Result<f64> {
         self.surface()?;
-        let state = self.deformed(&self.lattice.displacement(control)?, None);
-        let columns = flat(&state);
-        let at = |v: usize| {
-            let slot = self.embedding.slot[v] as usize;
-            DVec3::new(columns[0][slot], columns[1][slot], columns[2][slot])
-        };
-        let volume = Measure::of(at, self.vertices.len(), &self.triangles).volume;
-        self.recycle(state);
-        Ok(volume)
+        let displacement = self.lattice.displacement(control)?;
+        with_engine!(self, engine => {
+            let state = engine.deformed(&self.embedding.tasks, &displacement, None);
+            let columns = numbers(&state);
+            let at = |v: usize| {
+                let slot = self.embedding.slot[v] as usize;
+                DVec3::from_array(columns.map(|column| column[slot].to_f64()))
+            };
+            let volume = Measure::of(at, self.vertices.len(), &self.triangles).volume;
+            engine.recycle(state);
+            Ok(volume)
+        })
     }
 
-    /// All slots deformed by control displacements, then mapped linearly.
-    pub(crate) fn deformed(&self, displacement: &[DVec3], map: Option<DMat3>) -> State {
-        let mut state = self.take_state();
-        let shape = self.lattice.shape();
-        let [x, y, z] = state.each_mut().map(|column| split(column, self.run_lengths()));
-        self.embedding.tasks.par_iter().zip(x).zip(y).zip(z).for_each(|(((task, x), y), z)| {
-            let local: Vec<f64> = task.points(shape).flat_map(|p| displacement[p].to_array()).collect();
-            dispatch(Deform {
-                cell: self.cell(task),
-                displacement: &local,
-                rest: self.embedding.rest.each_ref().map(|column| &column[task.blocks.clone()]),
-                map,
-                out: [x, y, z],
-            });
-        });
-        state
+    /// The engine that deforms.
+    pub(crate) fn engine(&self) -> &Precision {
+        &self.engine
     }
 
-    /// Adds `influence * B delta` to one coordinate of all slots.
-    pub(crate) fn shift(&self, coordinate: &mut [Lanes], delta: &[f64]) {
-        let shape = self.lattice.shape();
-        let runs = split(coordinate, self.run_lengths());
-        self.embedding.tasks.par_iter().zip(runs).for_each(|(task, run)| {
-            let local: Vec<f64> = task.points(shape).map(|p| delta[p]).collect();
-            dispatch(Shift { cell: self.cell(task), delta: &local, coordinate: run });
-        });
+    /// Where the vertices stand in the lattice.
+    pub(crate) fn embedding(&self) -> &Embedding {
+        &self.embedding
     }
 
-    /// The paper's coefficients (10)-(12) for one axis of the state, and the state's volume, both through the gradient
-    /// at the vertices. Tasks are added in their order.
-    pub(crate) fn coefficients(&self, state: &State, axis: usize, middle: f64) -> Result<(Vec<f64>, f64)> {
+    /// The closed walks of neighbours around all slots.
+    pub(crate) fn walks(&self) -> Result<&Walks> {
         let surface = self.surface()?;
-        let walks = self.walks.get_or_init(|| Walks::new(&self.embedding, surface));
-        let parts: Vec<Reduced> = self
-            .embedding
-            .tasks
-            .par_iter()
-            .map(|task| {
-                dispatch(Reduce {
-                    cell: self.cell(task),
-                    first_block: task.blocks.start,
-                    walks,
-                    along: &state[axis],
-                    next: [&state[(axis + 1) % 3], &state[(axis + 2) % 3]],
-                    middle,
-                })
-            })
-            .collect();
-        let mut coefficients = vec![0.0; self.lattice.len()];
-        for (task, part) in self.embedding.tasks.iter().zip(&parts) {
-            for (point, c) in task.points(self.lattice.shape()).zip(&part.coefficients) {
-                coefficients[point] += c;
-            }
-        }
-        let volume: crate::sum::CompensatedSum = parts.iter().map(|part| part.volume).collect();
-        Ok((coefficients, volume.value()))
+        Ok(self.walks.get_or_init(|| Walks::new(&self.embedding, surface)))
     }
 
     /// Writes a state in the order bound, rounded to the vertices' type.
-    pub(crate) fn write(&self, state: &State, out: &mut [[T; 3]]) -> Result<()> {
+    pub(crate) fn write<L: Lanes>(&self, state: &State<L>, out: &mut [[T; 3]]) -> Result<()> {
         if out.len() != self.vertices.len() {
             return Err(Error::Mesh(format!(
                 "output: found room for {} vertices, expected {}",
@@ -267,9 +247,9 @@ impl<T: Scalar> Binding<T> {
                 self.vertices.len()
             )));
         }
-        let columns = flat(state);
+        let columns = numbers(state);
         out.par_iter_mut().zip(&self.embedding.slot).with_min_len(4096).for_each(|(to, &slot)| {
-            *to = columns.map(|column| T::from_f64(column[slot as usize]));
+            *to = columns.map(|column| T::from_f64(column[slot as usize].to_f64()));
         });
         Ok(())
     }
@@ -292,30 +272,20 @@ impl<T: Scalar> Binding<T> {
             })
             .collect()
     }
-
-    /// Returns a state's memory for the next call.
-    pub(crate) fn recycle(&self, state: State) {
-        self.spare.lock().unwrap_or_else(PoisonError::into_inner).push(state);
-    }
-
-    fn take_state(&self) -> State {
-        let spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        spare.unwrap_or_else(|| std::array::from_fn(|_| vec![Lanes::ZERO; self.embedding.blocks()]))
-    }
-
-    fn run_lengths(&self) -> impl Iterator<Item = usize> {
-        self.embedding.tasks.iter().map(|task| task.blocks.len())
-    }
-
-    fn cell<'a>(&'a self, task: &'a Task) -> Cell<'a> {
-        Cell {
-            spans: task.spans.each_ref(),
-            parameter: &self.embedding.parameter[task.blocks.clone()],
-            influence: &self.embedding.influence[task.blocks.clone()],
-        }
-    }
 }
 
-fn flat(state: &State) -> [&[f64]; 3] {
-    state.each_ref().map(|column| bytemuck::cast_slice(column))
+fn embed<T: Scalar>(
+    lattice: &Lattice,
+    vertices: &[[T; 3]],
+    influence: Option<&[f64]>,
+    outside: Outside,
+) -> (Embedding, Precision) {
+    let (embedding, located) = Embedding::new(lattice, vertices, influence, outside);
+    let single = T::EPSILON > f64::EPSILON && embedding.extent >= SINGLE_EXTENT;
+    let engine = if single {
+        Precision::Single(Engine::new(&embedding, &located, vertices, lattice.shape()))
+    } else {
+        Precision::Double(Engine::new(&embedding, &located, vertices, lattice.shape()))
+    };
+    (embedding, engine)
 }

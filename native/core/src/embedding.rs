@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::basis::Span;
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::LANES;
 use crate::lattice::Lattice;
 use crate::vertices::{Outside, Scalar};
 
@@ -24,9 +24,6 @@ pub(crate) const EMPTY: u32 = u32::MAX;
 #[derive(Debug, Clone)]
 pub(crate) struct Embedding {
     pub(crate) tasks: Vec<Task>,
-    pub(crate) parameter: Vec<[Lanes; 3]>,
-    pub(crate) influence: Vec<Lanes>,
-    pub(crate) rest: [Vec<Lanes>; 3],
     /// Slot of each vertex.
     pub(crate) slot: Vec<u32>,
     /// Vertex in each slot, or `EMPTY`.
@@ -35,12 +32,16 @@ pub(crate) struct Embedding {
     pub(crate) outside: usize,
     /// Whether vertices lie beyond the lower and upper face of each axis.
     pub(crate) beyond: [[bool; 2]; 3],
+    /// Largest extent of the vertices in parameters, along the axis where it is largest.
+    pub(crate) extent: f64,
 }
 
 /// A run of blocks in one cell of the lattice.
 #[derive(Debug, Clone)]
 pub(crate) struct Task {
+    /// The knots around the cell along s, t, u.
     pub(crate) spans: [Span; 3],
+    /// Control point with the smallest indices that acts in the cell.
     pub(crate) first_point: [usize; 3],
     pub(crate) blocks: Range<usize>,
 }
@@ -63,10 +64,13 @@ impl Task {
     }
 }
 
-struct Located {
+/// One vertex in the lattice.
+pub(crate) struct Located {
     cell: [u16; 3],
-    parameter: [f64; 3],
-    influence: f64,
+    /// Parameters s, t, u, in [0, 1].
+    pub(crate) parameter: [f64; 3],
+    /// How much of the deformation the vertex takes.
+    pub(crate) influence: f64,
     beyond: [[bool; 2]; 3],
 }
 
@@ -97,7 +101,7 @@ impl Embedding {
         vertices: &[[T; 3]],
         influence: Option<&[f64]>,
         outside: Outside,
-    ) -> Self {
+    ) -> (Self, Vec<Located>) {
         let point = |v: usize| DVec3::from_array(vertices[v].map(T::to_f64));
         let located: Vec<Located> = (0..vertices.len())
             .into_par_iter()
@@ -108,41 +112,26 @@ impl Embedding {
         for (v, &s) in slot.iter().enumerate() {
             vertex[s as usize] = v as u32;
         }
-        let blocks = |pick: &(dyn Fn(usize) -> f64 + Sync)| -> Vec<Lanes> {
-            vertex
-                .par_chunks_exact(LANES)
-                .map(|lanes| {
-                    Lanes(std::array::from_fn(
-                        |l| if lanes[l] == EMPTY { 0.0 } else { pick(lanes[l] as usize) },
-                    ))
-                })
-                .collect()
+        let extent = |axis: usize| {
+            let range = located.iter().map(|l| l.parameter[axis]);
+            range.clone().fold(0.0, f64::max) - range.fold(1.0, f64::min)
         };
-        let parameter = vertex
-            .par_chunks_exact(LANES)
-            .map(|lanes| {
-                // Empty lanes repeat the block's first vertex, whose parameters suit the cell.
-                let of = |l: usize| &located[(if lanes[l] == EMPTY { lanes[0] } else { lanes[l] }) as usize];
-                std::array::from_fn(|axis| Lanes(std::array::from_fn(|l| of(l).parameter[axis])))
-            })
-            .collect();
-        Self {
+        let embedding = Self {
             tasks,
-            parameter,
-            influence: blocks(&|v| located[v].influence),
-            rest: std::array::from_fn(|axis| blocks(&|v| vertices[v][axis].to_f64())),
             outside: located.iter().filter(|l| l.beyond.as_flattened().contains(&true)).count(),
             beyond: std::array::from_fn(|axis| {
                 std::array::from_fn(|side| located.iter().any(|l| l.beyond[axis][side]))
             }),
+            extent: extent(0).max(extent(1)).max(extent(2)),
             slot,
             vertex,
-        }
+        };
+        (embedding, located)
     }
 
     /// Number of blocks.
     pub(crate) fn blocks(&self) -> usize {
-        self.influence.len()
+        self.vertex.len() / LANES
     }
 }
 

@@ -4,63 +4,114 @@
 //! Everything that runs inside a kernel is a plain loop in an `#[inline(always)]` function: closures handed to the standard
 //! library (`array::from_fn`, `map`) are compiled outside the kernel, without its vector unit.
 
-/// Vertices that one step of a kernel works on: one AVX-512 register of float64, two AVX ones, four NEON ones.
+use bytemuck::{Pod, Zeroable};
+
+use crate::vertices::Scalar;
+
+/// Vertices that one step of a kernel works on: in float64 one AVX-512 register, two AVX ones or four NEON ones, in float32
+/// half of that.
 pub(crate) const LANES: usize = 8;
 
 /// One number for each of [`LANES`] vertices.
-#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C, align(64))]
-pub(crate) struct Lanes(pub(crate) [f64; LANES]);
+pub(crate) trait Lanes: Copy + Send + Sync + Pod {
+    /// The type of the numbers.
+    type Real: Scalar;
+    /// Zero in every lane.
+    const ZERO: Self;
 
-impl Lanes {
-    pub(crate) const ZERO: Self = Self([0.0; LANES]);
-
+    /// These numbers.
+    fn of(numbers: [Self::Real; LANES]) -> Self;
+    /// Float64 numbers, rounded.
+    fn rounded(exact: F64x8) -> Self;
+    /// The numbers in float64.
+    fn exact(self) -> F64x8;
     /// The same number in every lane.
-    #[inline(always)]
-    pub(crate) fn splat(value: f64) -> Self {
-        Self([value; LANES])
-    }
-
+    fn splat(value: Self::Real) -> Self;
     /// Lane by lane product.
-    #[inline(always)]
-    pub(crate) fn times(mut self, other: Self) -> Self {
-        for lane in 0..LANES {
-            self.0[lane] *= other.0[lane];
-        }
-        self
-    }
-
+    fn times(self, other: Self) -> Self;
     /// Lane by lane difference.
-    #[inline(always)]
-    pub(crate) fn minus(mut self, other: Self) -> Self {
-        for lane in 0..LANES {
-            self.0[lane] -= other.0[lane];
-        }
-        self
-    }
+    fn minus(self, other: Self) -> Self;
+    /// `self * factor + term`, lane by lane, rounded once where `FUSED`. Without the instruction `mul_add` would be a slow
+    /// library call.
+    fn multiply_add<const FUSED: bool>(self, factor: Self, term: Self) -> Self;
 
-    /// `self * factor + term`, lane by lane, rounded once where `FUSED`.
+    /// Sum over the lanes in float64, pairwise.
     #[inline(always)]
-    pub(crate) fn multiply_add<const FUSED: bool>(mut self, factor: Self, term: Self) -> Self {
-        for lane in 0..LANES {
-            self.0[lane] = multiply_add::<FUSED>(self.0[lane], factor.0[lane], term.0[lane]);
-        }
-        self
-    }
-
-    /// Sum over the lanes, pairwise.
-    #[inline(always)]
-    pub(crate) fn sum(self) -> f64 {
-        let [a, b, c, d, e, f, g, h] = self.0;
+    fn sum(self) -> f64 {
+        let [a, b, c, d, e, f, g, h] = self.exact().0;
         ((a + b) + (c + d)) + ((e + f) + (g + h))
     }
 }
 
-/// `a * b + c`, in one instruction where the target has it. Without it `mul_add` would be a slow library call.
-#[inline(always)]
-pub(crate) fn multiply_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
-    if FUSED { a.mul_add(b, c) } else { a * b + c }
+macro_rules! lanes {
+    ($name:ident, $real:ty, $align:literal) => {
+        /// One number for each of [`LANES`] vertices.
+        #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+        #[repr(C, align($align))]
+        pub(crate) struct $name(pub(crate) [$real; LANES]);
+
+        impl Lanes for $name {
+            type Real = $real;
+            const ZERO: Self = Self([0.0; LANES]);
+
+            #[inline(always)]
+            fn of(numbers: [$real; LANES]) -> Self {
+                Self(numbers)
+            }
+
+            #[inline(always)]
+            fn rounded(exact: F64x8) -> Self {
+                let mut found = Self::ZERO;
+                for lane in 0..LANES {
+                    found.0[lane] = exact.0[lane] as $real;
+                }
+                found
+            }
+
+            #[inline(always)]
+            fn exact(self) -> F64x8 {
+                let mut found = F64x8::ZERO;
+                for lane in 0..LANES {
+                    found.0[lane] = self.0[lane] as f64;
+                }
+                found
+            }
+
+            #[inline(always)]
+            fn splat(value: $real) -> Self {
+                Self([value; LANES])
+            }
+
+            #[inline(always)]
+            fn times(mut self, other: Self) -> Self {
+                for lane in 0..LANES {
+                    self.0[lane] *= other.0[lane];
+                }
+                self
+            }
+
+            #[inline(always)]
+            fn minus(mut self, other: Self) -> Self {
+                for lane in 0..LANES {
+                    self.0[lane] -= other.0[lane];
+                }
+                self
+            }
+
+            #[inline(always)]
+            fn multiply_add<const FUSED: bool>(mut self, factor: Self, term: Self) -> Self {
+                for lane in 0..LANES {
+                    let (a, b, c) = (self.0[lane], factor.0[lane], term.0[lane]);
+                    self.0[lane] = if FUSED { a.mul_add(b, c) } else { a * b + c };
+                }
+                self
+            }
+        }
+    };
 }
+
+lanes!(F32x8, f32, 32);
+lanes!(F64x8, f64, 64);
 
 /// A loop over vertices that is worth compiling for each vector unit. `run` must be `#[inline(always)]`.
 pub(crate) trait Kernel {

@@ -5,12 +5,13 @@
 //! vertices go out ([`Binding::deform`]), with the mesh's volume kept if wanted ([`Binding::preserve`]), by the closed form
 //! of Hahmann, Bonneau, Barbier, Elber and Hagen (2012).
 //!
-//! Everything here is float64, runs on all cores, and gives the same bits on any number of them. No Python, no GPU, no
-//! files.
+//! Whatever decides the volume is float64; float32 vertices are deformed in float32. Everything runs on all cores, and gives
+//! the same bits on any number of them. No Python, no GPU, no files.
 
 mod basis;
 mod binding;
 mod embedding;
+mod engine;
 mod error;
 mod kernels;
 mod lanes;

@@ -8,8 +8,10 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::binding::{Binding, State};
+use crate::binding::{Binding, with_engine};
+use crate::engine::{Engine, State};
 use crate::error::{Error, Result};
+use crate::lanes::Lanes;
 use crate::vertices::Scalar;
 
 /// How the axes share the correction.
@@ -71,9 +73,9 @@ pub struct Preserved {
 /// has no sign, and no ratio to another.
 const FLAT: f64 = 1e-12;
 
-/// Rounding errors of coordinates, in units of the largest coordinate: a few dozen operations lie between control points
-/// and the differences of deformed vertices.
-const ROUNDING: f64 = 32.0 * f64::EPSILON;
+/// Rounding errors of coordinates, in units of the largest coordinate and of one rounding: a few dozen operations lie between
+/// control points and the differences of deformed vertices.
+const ROUNDINGS: f64 = 32.0;
 
 /// A frame whose unit directions enclose less than this volume has lost twelve of float64's sixteen digits.
 const FLAT_FRAME: f64 = 1e-12;
@@ -85,8 +87,8 @@ impl<T: Scalar> Binding<T> {
     /// Deforms the mesh by `control` and corrects the control points so that its volume is the one wanted; writes the
     /// vertices deformed by the corrected points to `out`, in the order bound.
     ///
-    /// The volume of the result equals `Preserved::target` to the rounding of float64 sums, about `4 epsilon A R / |V|`
-    /// relative (area, radius), before the vertices are rounded to their type.
+    /// The volume of the result equals `Preserved::target` to about `4 epsilon A R / |V|` relative (area, radius; epsilon of
+    /// the vertices' type). It is measured and summed in float64 on the vertices as they stand, before every step.
     ///
     /// # Errors
     /// [`Error::Mesh`] where the triangles enclose no volume; [`Error::Lattice`] for wrong control points or weights;
@@ -99,26 +101,28 @@ impl<T: Scalar> Binding<T> {
         let wanted = self.wanted_volume(options)?;
         let displacement = self.lattice().displacement(control)?;
 
-        let state = self.deformed(&displacement, frame.to_frame());
-        let mut correction = Correction {
-            middle: frame.coordinates(control.iter().sum::<DVec3>() / control.len() as f64),
-            scale: Scale::new(control, &self.lattice().rest()),
-            binding: self,
-            state,
-            mobility,
-            determinant: frame.determinant,
-            control: control.to_vec(),
-            frame: &frame,
-        };
-        let (target, method, iterations) = correction.run(shares, options, wanted)?;
-        let Correction { control, state, .. } = correction;
-        if frame.is_identity() {
-            self.write(&state, out)?;
-        } else {
-            self.deform(&control, out)?;
-        }
-        self.recycle(state);
-        Ok(Preserved { control, target, method, iterations })
+        with_engine!(self, engine => {
+            let mut correction = Correction {
+                middle: frame.coordinates(control.iter().sum::<DVec3>() / control.len() as f64),
+                scale: Scale::new(control, &self.lattice().rest(), rounding_of(engine)),
+                binding: self,
+                engine,
+                state: engine.deformed(&self.embedding().tasks, &displacement, frame.to_frame()),
+                mobility,
+                determinant: frame.determinant,
+                control: control.to_vec(),
+                frame: &frame,
+            };
+            let (target, method, iterations) = correction.run(shares, options, wanted)?;
+            let Correction { control, state, .. } = correction;
+            if frame.is_identity() {
+                self.write(&state, out)?;
+            } else {
+                self.deform(&control, out)?;
+            }
+            engine.recycle(state);
+            Ok(Preserved { control, target, method, iterations })
+        })
     }
 
     fn wanted_volume(&self, options: &Preserve) -> Result<f64> {
@@ -172,9 +176,10 @@ impl<T: Scalar> Binding<T> {
 }
 
 /// The correction under way, in the coordinates of its frame.
-struct Correction<'a, T> {
+struct Correction<'a, T, L: Lanes> {
     binding: &'a Binding<T>,
-    state: State,
+    engine: &'a Engine<L>,
+    state: State<L>,
     control: Vec<DVec3>,
     frame: &'a Frame,
     mobility: Vec<f64>,
@@ -184,7 +189,7 @@ struct Correction<'a, T> {
     scale: Scale,
 }
 
-impl<T: Scalar> Correction<'_, T> {
+impl<T: Scalar, L: Lanes> Correction<'_, T, L> {
     fn run(&mut self, shares: [f64; 3], options: &Preserve, wanted: f64) -> Result<(f64, Method, u32)> {
         let mut active: Vec<usize> = (0..3).filter(|&axis| shares[axis] > 0.0).collect();
         let mut measured = self.coefficients(active[0])?;
@@ -243,12 +248,14 @@ impl<T: Scalar> Correction<'_, T> {
     /// Difference from the target that rounding explains, where nothing may move: 4 epsilon A R for each of two sums.
     fn already_there(&self, target: f64) -> Result<f64> {
         let reference = self.binding.reference()?;
-        Ok(8.0 * f64::EPSILON * (reference.area * reference.radius + target.abs()))
+        Ok(8.0 * L::Real::EPSILON * (reference.area * reference.radius + target.abs()))
     }
 
     /// Coefficients of an axis of the frame, and the volume in space.
     fn coefficients(&self, axis: usize) -> Result<(Vec<f64>, f64)> {
-        let (coefficients, volume) = self.binding.coefficients(&self.state, axis, self.middle[axis])?;
+        let (tasks, walks) = (&self.binding.embedding().tasks, self.binding.walks()?);
+        let (coefficients, volume) =
+            self.engine.coefficients(tasks, walks, &self.state, axis, self.middle[axis]);
         Ok((coefficients, volume * self.determinant))
     }
 
@@ -267,7 +274,7 @@ impl<T: Scalar> Correction<'_, T> {
                 delta[i]
             )));
         }
-        self.binding.shift(&mut self.state[axis], &delta);
+        self.engine.shift(&self.binding.embedding().tasks, &mut self.state[axis], &delta);
         for (point, d) in self.control.iter_mut().zip(&delta) {
             self.frame.move_along(axis, *d, point);
         }
@@ -334,6 +341,11 @@ fn normalised_shares(axes: [f64; 3]) -> Result<[f64; 3]> {
     Ok(axes.map(|share| share / largest / total))
 }
 
+/// Relative rounding error of coordinates in an engine's lanes.
+fn rounding_of<L: Lanes>(_: &Engine<L>) -> f64 {
+    ROUNDINGS * L::Real::EPSILON
+}
+
 /// Sizes below which areas and volumes of the deformed mesh are nothing but rounding.
 struct Scale {
     /// Largest side of the control points' box: an upper bound for the size of what they deform.
@@ -343,10 +355,10 @@ struct Scale {
 }
 
 impl Scale {
-    fn new(control: &[DVec3], rest: &[DVec3]) -> Self {
+    fn new(control: &[DVec3], rest: &[DVec3], rounding: f64) -> Self {
         let (low, high) = crate::lattice::bounds(control);
         let largest = control.iter().chain(rest).map(|p| p.abs().max_element()).fold(0.0, f64::max);
-        Self { extent: (high - low).max_element(), rounding: ROUNDING * largest }
+        Self { extent: (high - low).max_element(), rounding: rounding * largest }
     }
 
     fn no_area(&self) -> f64 {

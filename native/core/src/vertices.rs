@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::lattice::{FACE_TOLERANCE, FACE_TOLERANCE_F32};
 
 /// A coordinate of a vertex: float32 or float64. The mathematics is float64 for both.
-pub trait Scalar: Copy + Send + Sync + 'static {
+pub trait Scalar: bytemuck::Pod + Send + Sync {
     /// Relative rounding error of one value.
     const EPSILON: f64;
     /// Distance from a face of the domain, in parameters, within which a point counts as on it.

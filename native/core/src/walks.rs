@@ -4,8 +4,9 @@
 use rayon::prelude::*;
 
 use crate::embedding::{EMPTY, Embedding, split};
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{F64x8, LANES, Lanes};
 use crate::surface::ClosedSurface;
+use crate::vertices::Scalar;
 
 /// For every block the walks around its vertices side by side: step `i` holds neighbour `i` of each lane, as a slot. Shorter walks
 /// repeat their last neighbour, and empty lanes walk on the spot: both enclose nothing more.
@@ -54,16 +55,16 @@ impl Walks {
         &self.steps[self.offsets[block]..self.offsets[block + 1]]
     }
 
-    /// One coordinate of the slots of a step of these walks.
+    /// One coordinate of the slots of a step of these walks, in float64.
     #[inline(always)]
-    pub(crate) fn gather(&self, coordinate: &[Lanes], step: &[u32; LANES]) -> Lanes {
-        let flat: &[f64] = bytemuck::cast_slice(coordinate);
+    pub(crate) fn gather<L: Lanes>(&self, coordinate: &[L], step: &[u32; LANES]) -> F64x8 {
+        let flat: &[L::Real] = bytemuck::cast_slice(coordinate);
         assert!(flat.len() == self.slots);
-        let mut found = Lanes::ZERO;
+        let mut found = F64x8::ZERO;
         for (found, &slot) in found.0.iter_mut().zip(step) {
             // SAFETY: `new` checked that every entry of `steps` is smaller than `slots`, and `step` is one of them (it comes
             // from `around`); `flat` has `slots` entries, checked above.
-            *found = unsafe { *flat.get_unchecked(slot as usize) };
+            *found = unsafe { *flat.get_unchecked(slot as usize) }.to_f64();
         }
         found
     }
