@@ -57,6 +57,48 @@ fn volume_is_kept_for_every_basis_method_and_share() {
 }
 
 #[test]
+fn float32_vertices_keep_the_volume_as_they_come_out() {
+    let mesh = bumpy_ball(5);
+    let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|p| p.map(|c| c as f32)).collect();
+    let exact =
+        |vertices: &[[f32; 3]]| -> Vec<[f64; 3]> { vertices.iter().map(|p| p.map(f64::from)).collect() };
+    let reference = volume(&exact(&vertices), &mesh.triangles);
+    for (name, axes) in bases() {
+        let lattice = slanted(axes);
+        let binding =
+            Binding::new(lattice.clone(), vertices.clone(), mesh.triangles.clone(), None, Outside::Keep)
+                .unwrap();
+        for factor in [0.15, 0.6, 2.5] {
+            let mut out = vec![[0.0; 3]; vertices.len()];
+            binding.preserve(&squash(&lattice, factor), &Preserve::default(), &mut out).unwrap();
+            let error = (volume(&exact(&out), &mesh.triangles) / reference - 1.0).abs();
+            assert!(error < 1e-6, "{name} {factor}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn a_small_float32_mesh_in_a_large_lattice_is_deformed_as_finely() {
+    let mesh = bumpy_ball(4);
+    let axes = std::array::from_fn(|_| AxisBasis::uniform(6, 3).unwrap());
+    let lattice = Lattice::around(axes, &[DVec3::splat(-3000.0), DVec3::splat(1000.0)], 0.0).unwrap();
+    let mut random = noise(5);
+    let control: Vec<DVec3> =
+        lattice.rest().iter().map(|p| p + 800.0 * DVec3::new(random(), random(), random())).collect();
+    let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|p| p.map(|c| c as f32)).collect();
+    let single = Binding::new(lattice.clone(), vertices.clone(), Vec::new(), None, Outside::Keep).unwrap();
+    let mut found = vec![[0.0f32; 3]; vertices.len()];
+    single.deform(&control, &mut found).unwrap();
+    let double = vertices.iter().map(|p| p.map(f64::from)).collect();
+    let double = Binding::new(lattice, double, Vec::new(), None, Outside::Keep).unwrap();
+    let mut expected = vec![[0.0f64; 3]; vertices.len()];
+    double.deform(&control, &mut expected).unwrap();
+    for (found, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
+        assert_eq!(*found, *expected as f32);
+    }
+}
+
+#[test]
 fn any_frame_of_directions_keeps_the_volume() {
     let mesh = bumpy_ball(4);
     let reference = volume(&mesh.vertices, &mesh.triangles);
