@@ -9,6 +9,10 @@ use crate::error::{Error, Result};
 /// Largest number of control points on one axis (Blender's own lattices end there too).
 pub const MAX_POINTS: usize = 64;
 
+/// Shortest non-empty span, as a fraction of the domain. What float64 leaves of a basis function across a shorter one is
+/// less than four digits.
+const SHORTEST_SPAN: f64 = 1e-12;
+
 /// B-spline basis functions of one axis over the parameter range `[0, 1]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisBasis {
@@ -97,6 +101,22 @@ impl AxisBasis {
             )));
         }
         let knots: Vec<f64> = knots.iter().map(|k| (k - first) / (last - first)).collect();
+        let short = |i: &usize| {
+            (0.0..SHORTEST_SPAN).contains(&(knots[i + 1] - knots[*i])) && knots[i + 1] > knots[*i]
+        };
+        if let Some(i) = (degree..count).find(short) {
+            return Err(Error::Lattice(format!(
+                "knots: the span from knot {i} to {} is {:e} of the domain, expected at least {SHORTEST_SPAN:e}; make the two knots equal",
+                i + 1,
+                knots[i + 1] - knots[i]
+            )));
+        }
+        if let Some(i) = knots.iter().position(|k| !k.is_finite()) {
+            return Err(Error::Lattice(format!(
+                "knots: the domain's length {:e} and knot {i} are too far apart for float64; scale the knots",
+                last - first
+            )));
+        }
         let spans = (degree..count).filter(|&m| knots[m] < knots[m + 1]).collect();
         Ok(Self { count, degree, knots, spans })
     }

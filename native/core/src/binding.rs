@@ -193,7 +193,7 @@ impl<T: Scalar> Binding<T> {
     /// # Errors
     /// [`Error::Lattice`] for a wrong number of control points or non-finite ones; [`Error::Mesh`] for a wrong `out`.
     pub fn deform(&self, control: &[DVec3], out: &mut [[T; 3]]) -> Result<()> {
-        let displacement = self.lattice.displacement(control)?;
+        let displacement = self.displacement(control)?;
         with_engine!(self, engine => {
             let state = engine.deformed(&self.embedding.tasks, &displacement, None);
             self.write(&state, out)?;
@@ -208,7 +208,7 @@ impl<T: Scalar> Binding<T> {
     /// As [`Binding::deform`]; [`Error::Mesh`] where the triangles enclose no volume.
     pub fn volume(&self, control: &[DVec3]) -> Result<f64> {
         self.surface()?;
-        let displacement = self.lattice.displacement(control)?;
+        let displacement = self.displacement(control)?;
         with_engine!(self, engine => {
             let state = engine.deformed(&self.embedding.tasks, &displacement, None);
             let columns = numbers(&state);
@@ -218,8 +218,21 @@ impl<T: Scalar> Binding<T> {
             };
             let volume = Measure::of(at, self.vertices.len(), &self.triangles).volume;
             engine.recycle(state);
-            Ok(volume)
+            if volume.is_finite() { Ok(volume) } else { Err(too_large(volume)) }
         })
+    }
+
+    /// `control - rest`, after checking that `control` fits the lattice and the type of the vertices.
+    pub(crate) fn displacement(&self, control: &[DVec3]) -> Result<Vec<DVec3>> {
+        let displacement = self.lattice.displacement(control)?;
+        let largest = control.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+        if largest > T::LARGEST {
+            return Err(Error::Lattice(format!(
+                "control: found a coordinate of {largest:e}, expected at most {:e} for vertices of this type",
+                T::LARGEST
+            )));
+        }
+        Ok(displacement)
     }
 
     /// The engine that deforms.
@@ -272,6 +285,12 @@ impl<T: Scalar> Binding<T> {
             })
             .collect()
     }
+}
+
+pub(crate) fn too_large(volume: f64) -> Error {
+    Error::Volume(format!(
+        "the deformed mesh has a volume of {volume}, too large for float64; bring the control points closer"
+    ))
 }
 
 fn embed<T: Scalar>(

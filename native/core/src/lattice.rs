@@ -10,8 +10,13 @@ use crate::error::{Error, Result};
 /// extreme vertices outside in most cases.
 pub const FACE_TOLERANCE: f64 = 1e-9;
 
-/// The same for float32 points, whose coordinates carry a relative rounding error of 6e-8.
+/// The same for float32 points, whose coordinates carry rounding errors of 6e-8 of the domain's size where the domain lies near
+/// the origin.
 pub const FACE_TOLERANCE_F32: f64 = 1e-6;
+
+/// Shortest and longest edge of a domain: squares and cubes of what lies between are numbers still.
+const SMALLEST_EDGE: f64 = 1e-100;
+const LARGEST_EDGE: f64 = 1e100;
 
 /// A frame is refused where its volume is smaller than this fraction of the product of its edge lengths: its inverse
 /// would lose more than twelve of float64's sixteen digits.
@@ -39,15 +44,13 @@ impl Lattice {
                 "lattice frame: found NaN or infinity, expected finite numbers".into(),
             ));
         }
-        let lengths = [edges.x_axis.length(), edges.y_axis.length(), edges.z_axis.length()];
-        if let Some(axis) = lengths.iter().position(|&length| length == 0.0) {
+        let unit = unit_columns(edges);
+        if let Some(axis) = (0..3).find(|&axis| unit.col(axis) == DVec3::ZERO) {
             return Err(Error::Lattice(format!(
                 "lattice frame: edge {} has length 0, expected a box with three extents; scale the lattice up on that axis",
                 ["s", "t", "u"][axis]
             )));
         }
-        let unit =
-            DMat3::from_cols(edges.x_axis / lengths[0], edges.y_axis / lengths[1], edges.z_axis / lengths[2]);
         if unit.determinant().abs() <= FLAT_FRAME {
             return Err(Error::Lattice(format!(
                 "lattice frame: the edges {:?}, {:?}, {:?} lie in one plane, expected three independent directions",
@@ -56,7 +59,20 @@ impl Lattice {
                 edges.z_axis.to_array()
             )));
         }
-        let lengths = DMat3::from_diagonal(DVec3::from_array(lengths).recip());
+        let lengths = [edges.x_axis, edges.y_axis, edges.z_axis].map(|edge| edge.abs().max_element());
+        if lengths.iter().any(|length| !(SMALLEST_EDGE..LARGEST_EDGE).contains(length)) {
+            return Err(Error::Lattice(format!(
+                "lattice frame: edges between {SMALLEST_EDGE:e} and {LARGEST_EDGE:e} long were expected, found {:?}, {:?}, {:?}; scale the lattice",
+                edges.x_axis.to_array(),
+                edges.y_axis.to_array(),
+                edges.z_axis.to_array()
+            )));
+        }
+        let lengths = DMat3::from_diagonal(DVec3::new(
+            edges.x_axis.length().recip(),
+            edges.y_axis.length().recip(),
+            edges.z_axis.length().recip(),
+        ));
         Ok(Self { axes, origin, edges, inverse: lengths * unit.inverse() })
     }
 
@@ -209,6 +225,13 @@ impl Lattice {
         }
         sum
     }
+}
+
+/// The columns at length one; a column of length zero stays zero. Scaled first, so that no square over- or underflows.
+pub(crate) fn unit_columns(matrix: DMat3) -> DMat3 {
+    let unit = |column: DVec3| (column / column.abs().max_element()).normalize_or_zero();
+    let column = |c: DVec3| if c == DVec3::ZERO { c } else { unit(c) };
+    DMat3::from_cols(column(matrix.x_axis), column(matrix.y_axis), column(matrix.z_axis))
 }
 
 /// Corners of the axis-aligned box of `points`; an inverted box without points.

@@ -8,10 +8,11 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::binding::{Binding, with_engine};
+use crate::binding::{Binding, too_large, with_engine};
 use crate::engine::{Engine, State};
 use crate::error::{Error, Result};
 use crate::lanes::Lanes;
+use crate::lattice::unit_columns;
 use crate::vertices::Scalar;
 
 /// How the axes share the correction.
@@ -99,7 +100,7 @@ impl<T: Scalar> Binding<T> {
         let frame = Frame::new(options.frame)?;
         let mobility = self.mobility(options.weights.as_deref())?;
         let wanted = self.wanted_volume(options)?;
-        let displacement = self.lattice().displacement(control)?;
+        let displacement = self.displacement(control)?;
 
         with_engine!(self, engine => {
             let mut correction = Correction {
@@ -194,6 +195,9 @@ impl<T: Scalar, L: Lanes> Correction<'_, T, L> {
         let mut active: Vec<usize> = (0..3).filter(|&axis| shares[axis] > 0.0).collect();
         let mut measured = self.coefficients(active[0])?;
         let before = measured.1;
+        if !before.is_finite() {
+            return Err(too_large(before));
+        }
         let target = before + options.amount * (wanted - before);
         let ratio = target / before;
         let method = match options.method {
@@ -295,9 +299,12 @@ impl Frame {
         if rows.iter().any(|row| !row.is_finite()) {
             return Err(Error::Volume(format!("frame: found {rows:?}, expected finite numbers")));
         }
-        let columns = DMat3::from_cols(rows[0].normalize(), rows[1].normalize(), rows[2].normalize());
+        let columns = unit_columns(DMat3::from_cols(rows[0], rows[1], rows[2]));
+        if columns == DMat3::IDENTITY {
+            return Ok(Self { directions: None, determinant: 1.0 });
+        }
         let determinant = columns.determinant();
-        if determinant.is_nan() || determinant.abs() <= FLAT_FRAME {
+        if determinant.abs() <= FLAT_FRAME {
             return Err(Error::Volume(format!(
                 "frame: the rows {rows:?} span no space, expected three independent directions"
             )));

@@ -8,6 +8,8 @@ use crate::lattice::{FACE_TOLERANCE, FACE_TOLERANCE_F32};
 pub trait Scalar: bytemuck::Pod + Send + Sync {
     /// Relative rounding error of one value.
     const EPSILON: f64;
+    /// Largest control point coordinate that deforms such vertices: sums of a few still fit the type.
+    const LARGEST: f64;
     /// Distance from a face of the domain, in parameters, within which a point counts as on it.
     const FACE_TOLERANCE: f64;
     /// Exact conversion.
@@ -18,6 +20,7 @@ pub trait Scalar: bytemuck::Pod + Send + Sync {
 
 impl Scalar for f32 {
     const EPSILON: f64 = f32::EPSILON as f64;
+    const LARGEST: f64 = f32::MAX as f64 / 16.0;
     const FACE_TOLERANCE: f64 = FACE_TOLERANCE_F32;
     #[inline(always)]
     fn to_f64(self) -> f64 {
@@ -31,6 +34,7 @@ impl Scalar for f32 {
 
 impl Scalar for f64 {
     const EPSILON: f64 = f64::EPSILON;
+    const LARGEST: f64 = f64::MAX / 16.0;
     const FACE_TOLERANCE: f64 = FACE_TOLERANCE;
     #[inline(always)]
     fn to_f64(self) -> f64 {
@@ -75,6 +79,14 @@ pub(crate) fn check_vertices<T: Scalar>(vertices: &[[T; 3]]) -> Result<()> {
 
 /// Checks that every index names a vertex.
 pub(crate) fn check_triangles(triangles: &[[u32; 3]], vertex_count: usize) -> Result<()> {
+    // Walks have three entries a triangle and some to spare, and are counted with 32 bits.
+    if triangles.len() > (u32::MAX / 8) as usize {
+        return Err(Error::Mesh(format!(
+            "triangles: found {}, expected at most {}",
+            triangles.len(),
+            u32::MAX / 8
+        )));
+    }
     let bad = |f: &[u32; 3]| f.iter().any(|&v| v as usize >= vertex_count);
     if let Some(first) = triangles.iter().position(bad) {
         let count = triangles.iter().filter(|f| bad(f)).count();

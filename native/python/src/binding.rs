@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Argument, ArrayLike, NdArray, NumberLike, Numbers, OfVertices, converted};
 use crate::errors::{DeviceError, PinError, to_python};
-use crate::lattice::Lattice;
+use crate::lattice::LatticeLike;
 use crate::preserved::Preserved;
 use crate::words::{DeviceWord, MethodWord};
 
@@ -142,12 +142,12 @@ impl Binding {
         &self,
         py: Python<'_>,
         vertices: Option<ArrayLike<'_>>,
-        lattice: Option<PyRef<'_, Lattice>>,
+        lattice: Option<LatticeLike<'_>>,
         influence: Option<ArrayLike<'_>>,
     ) -> PyResult<()> {
         let vertices = vertices.map(|vertices| VertexRows::extract(&vertices)).transpose()?;
         let influence = influence.map(|influence| influences(&influence)).transpose()?;
-        let lattice = lattice.map(|lattice| lattice.core.clone());
+        let lattice = lattice.map(|lattice| lattice.0.core.clone());
         py.detach(|| {
             let mut precise = self.shared.write().unwrap_or_else(PoisonError::into_inner);
             match (&mut *precise, vertices) {
@@ -177,9 +177,9 @@ impl Binding {
         Ok(NdArray::of(array))
     }
 
-    /// Signed volume of the mesh deformed by control points (nu, nv, nw, 3), in float64 before any rounding to float32;
-    /// positive where the triangles wind counter-clockwise seen from outside. Equation (5). Raises MeshError where the
-    /// triangles enclose no volume.
+    /// Signed volume of the vertices that `deform` gives for control points (nu, nv, nw, 3), summed in float64; positive where
+    /// the triangles wind counter-clockwise seen from outside. Equation (5). Raises MeshError where the triangles enclose no
+    /// volume.
     fn volume(&self, py: Python<'_>, control: ArrayLike<'_>) -> PyResult<f64> {
         let control = Argument::lattice("control").control(&control, self.shape(py))?;
         self.read(py, |precise| either!(precise, core => core.volume(&control))).map_err(to_python)

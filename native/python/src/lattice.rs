@@ -2,6 +2,7 @@
 //! `isochor.Lattice`.
 
 use isochor_core::{AxisBasis, DMat3, Lattice as Core, Outside};
+use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
 
 use crate::arrays::{Argument, ArrayLike, NdArray, NumberLike, Numbers};
@@ -25,6 +26,20 @@ use crate::words::{BasisWord, DeviceWord, KnotsWord, OutsideWord};
 pub(crate) struct Lattice {
     pub(crate) core: Core,
     basis: BasisWord,
+}
+
+/// A lattice as an argument.
+pub(crate) struct LatticeLike<'py>(pub(crate) PyRef<'py, Lattice>);
+
+impl<'py> FromPyObject<'_, 'py> for LatticeLike<'py> {
+    type Error = PyErr;
+    const INPUT_TYPE: PyStaticExpr = <PyRef<'py, Lattice> as FromPyObject<'_, 'py>>::INPUT_TYPE;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let wrong =
+            |_| Argument::lattice("lattice").error(format!("found {object:?}, expected an isochor.Lattice"));
+        object.extract().map(Self).map_err(wrong)
+    }
 }
 
 #[pymethods]
@@ -180,6 +195,10 @@ fn axes(
             if let Some(found) = given.filter(|given| *given != bernstein) {
                 return Err(Argument::lattice("degree")
                     .error(format!("found {found:?}, but a Bernstein lattice of shape {shape:?} has {bernstein:?}; leave it out")));
+            }
+            if matches!(knots, KnotsWord::Given(_)) {
+                return Err(Argument::lattice("knots")
+                    .error("found arrays, but a Bernstein lattice has none; leave them out, or use basis=\"bspline\""));
             }
             shape.map(AxisBasis::bernstein)
         }

@@ -78,9 +78,9 @@ class Binding:
         """
     def volume(self, /, control: ArrayLike) -> float:
         """
-        Signed volume of the mesh deformed by control points (nu, nv, nw, 3), in float64 before any rounding to float32;
-        positive where the triangles wind counter-clockwise seen from outside. Equation (5). Raises MeshError where the
-        triangles enclose no volume.
+        Signed volume of the vertices that `deform` gives for control points (nu, nv, nw, 3), summed in float64; positive where
+        the triangles wind counter-clockwise seen from outside. Equation (5). Raises MeshError where the triangles enclose no
+        volume.
         """
 
 @final
