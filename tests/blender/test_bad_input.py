@@ -2,6 +2,7 @@
 """Scenes that cannot work: Blender goes on, the mesh shows the uncorrected deformation, the message says what to do."""
 
 import bpy
+import lattice_oracle
 import numpy as np
 import pytest
 import scenes
@@ -67,17 +68,48 @@ def test_mesh_without_vertices_and_without_faces():
     assert np.allclose(scenes.evaluated_positions(ball)[:, 2], 0.5 * np.array([0.2, 0.5, 0.8]), atol=1e-6)
 
 
-def test_flat_mesh_of_no_volume():
-    points = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
-    sheet = scenes.mesh_object("Sheet", points, [(0, 1, 2), (0, 2, 3), (2, 1, 0), (3, 2, 0)])
+def flat_ball(tilt: float) -> bpy.types.Object:
+    """A closed ball pressed to a sheet, turned about its x axis."""
+    points, triangles = scenes.sphere_arrays(24, 16)
+    points[:, 2] = 0.0
+    turn = np.array([(1, 0, 0), (0, np.cos(tilt), -np.sin(tilt)), (0, np.sin(tilt), np.cos(tilt))])
+    return scenes.mesh_object("Sheet", points @ turn.T, triangles)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.7])
+@pytest.mark.parametrize("inputs", [{}, {"Reference": "Incoming"}, {"Target": 1.3}])
+def test_flat_closed_mesh_is_deformed_uncorrected_and_the_message_says_so(tilt, inputs):
+    sheet = flat_ball(tilt)
     lattice = scenes.lattice_object(4)
-    scenes.volume_lattice(sheet, lattice)
-    squash(lattice)
-    for point in lattice.data.points:
+    modifier = scenes.volume_lattice(sheet, lattice, **inputs)
+    for index, point in enumerate(lattice.data.points):
         point.co_deform.x *= 0.5
+        point.co_deform.z += 0.1 * np.sin(index)
     bpy.context.view_layer.update()
-    assert problems(sheet)
-    assert np.allclose(scenes.evaluated_positions(sheet)[:, 0], [-0.5, 0.5, 0.5, -0.5], atol=1e-5)
+    assert "flat" in problems(sheet)
+    assert "Solidify" in problems(sheet)
+    assert "isochor_rest_volume" not in scenes.get_input(modifier, "Viewport Result")
+    assert "isochor_rest_volume" not in scenes.get_input(modifier, "Render Result")
+    shown = scenes.evaluated_positions(sheet)
+    wanted = lattice_oracle.deformed(sheet, lattice, scenes.positions(sheet.data), "Bernstein")
+    assert np.abs(shown - wanted).max() < 2e-6
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.7])
+def test_mesh_that_becomes_flat_is_deformed_uncorrected(tilt):
+    ball = scenes.sphere()
+    lattice = scenes.lattice_object(4)
+    scenes.volume_lattice(ball, lattice)
+    squash(lattice)
+    ball.data.attributes["position"].data.foreach_set(
+        "vector", scenes.positions(flat_ball(tilt).data).astype(np.float32).reshape(-1)
+    )
+    ball.data.update()
+    lattice.data.points[0].co_deform.x += 0.2
+    bpy.context.view_layer.update()
+    assert "flat" in problems(ball)
+    wanted = lattice_oracle.deformed(ball, lattice, scenes.positions(ball.data), "Bernstein")
+    assert np.abs(scenes.evaluated_positions(ball) - wanted).max() < 2e-6
 
 
 def test_vertex_that_is_not_a_number():

@@ -9,6 +9,14 @@ class Problem(Exception):
 NO_LATTICE = "No lattice: pick a Lattice object in the modifier's Lattice input."
 NO_VERTICES = "The mesh has no vertices: add some, or remove the modifier."
 NO_FACES = "The mesh has no faces, so it encloses no volume: set Preserve to 0 to deform it all the same."
+FLAT = (
+    "The mesh is flat, so it encloses no volume: give it thickness above Volume Lattice, as a Solidify modifier does,"
+    " or set Preserve to 0 to deform it all the same."
+)
+EDITED = (
+    "The mesh was edited since the lattice was added: Rest is its old volume. Set Reference to Incoming, or remove and"
+    " add the modifier."
+)
 
 
 def not_a_lattice(name: str, kind: str) -> str:

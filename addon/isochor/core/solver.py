@@ -14,10 +14,13 @@ from . import problem
 from .grid import Grid, build_lattice
 from .report import Report
 from .settings import Settings
+from .volume import is_flat
 
 Vertices = NDArray[np.floating[Any]]
 METHODS: dict[str, Literal["balanced", "sweep"]] = {"Balanced": "balanced", "Sweep": "sweep"}
 OUTSIDES: dict[str, Literal["keep", "extend"]] = {"Keep": "keep", "Extend": "extend"}
+FLAT_PERHAPS = 1e-3
+"""Fraction of the rest volume below which what enters is looked at closely: that costs time, so not in every frame."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +91,12 @@ class Solver:
         return self._outcome
 
     def incoming_volume(self, request: Request) -> float | None:
-        """Signed volume of the mesh that enters, or None where it encloses none."""
+        """Signed volume of the mesh that enters, or None where it encloses none, as one that is open or flat."""
         if request.triangles is None:
             return None
         try:
-            return self._bind(request).reference_volume or None
+            volume = self._bind(request).reference_volume
+            return None if is_flat(request.positions, request.triangles) else volume
         except isochor.Error:
             self._forget()
             return None
@@ -119,14 +123,19 @@ class Solver:
 
     def _preserve(self, binding: isochor.Binding, request: Request) -> isochor.Preserved:
         settings = request.settings
-        return binding.preserve(
-            request.control,
-            axes=settings.axes,
-            frame=request.frame,
-            method=METHODS[settings.method],
-            target=wanted_volume(binding, request),
-            amount=settings.preserve,
-        )
+        try:
+            return binding.preserve(
+                request.control,
+                axes=settings.axes,
+                frame=request.frame,
+                method=METHODS[settings.method],
+                target=wanted_volume(binding, request),
+                amount=settings.preserve,
+            )
+        except isochor.VolumeError as error:
+            if request.triangles is not None and is_flat(request.positions, request.triangles):
+                raise isochor.VolumeError(problem.FLAT) from error
+            raise
 
     def _bind(self, request: Request) -> isochor.Binding:
         before = self._bound
@@ -170,12 +179,17 @@ class Solver:
         self._binding = self._lattice = self._bound = None
 
 
-def wanted_volume(binding: isochor.Binding, request: Request) -> float:
-    """The volume to reach: that of the reference, times the factor of the Target input."""
-    settings = request.settings
-    if settings.reference == "Rest" and request.rest_volume is not None:
-        return request.rest_volume * settings.target
-    return binding.reference_volume * settings.target
+def wanted_volume(binding: isochor.Binding, request: Request) -> float | None:
+    """The volume to reach: that of the reference, times the factor of the Target input. None is that of the mesh as
+    bound, which the native library refuses where the mesh is flat; any other volume is refused for it here."""
+    settings, own = request.settings, binding.reference_volume
+    rest = request.rest_volume if settings.reference == "Rest" else None
+    if settings.target == 1.0 and rest in (None, own):
+        return None
+    perhaps_flat = rest is None or abs(own) <= FLAT_PERHAPS * abs(rest)
+    if perhaps_flat and request.triangles is not None and is_flat(request.positions, request.triangles):
+        raise isochor.VolumeError(problem.FLAT)
+    return (own if rest is None else rest) * settings.target
 
 
 def same_array(one: NDArray[Any] | None, other: NDArray[Any] | None) -> bool:
