@@ -211,6 +211,18 @@ def test_another_modifier_between_two_of_ours_is_named():
     assert any("Push Out" in text for text in scenes.report(ball, last).problems)
 
 
+def test_problem_of_what_stands_between_goes_away_with_it():
+    ball = scenes.sphere()
+    scenes.volume_lattice(ball, scenes.lattice_object(4, name="One"))
+    between = ball.modifiers.new("Weighted", "WEIGHTED_NORMAL")
+    last = scenes.volume_lattice(ball, scenes.lattice_object(4, name="Two"))
+    bpy.context.view_layer.update()
+    assert any("Weighted" in text for text in scenes.report(ball, last).problems)
+    ball.modifiers.remove(between)
+    bpy.context.view_layer.update()
+    assert scenes.report(ball, last).problems == ()
+
+
 def test_order_of_modifiers_can_change():
     ball = scenes.sphere()
     lattice = scenes.lattice_object(4)

@@ -105,7 +105,9 @@ def _update_modifier(
     except problem.Problem as trouble:
         outcome = Outcome(None, Report(problems=(str(trouble),)))
     memory.report = outcome.report
-    memory.report.problems = tuple(dict.fromkeys((*problems, *outcome.report.problems)))
+    if problems:
+        # The solver hands out the same outcome again: what surrounds it must not be written into it.
+        memory.report = replace(outcome.report, problems=tuple(dict.fromkeys((*problems, *outcome.report.problems))))
     if result is not None and result.is_editable and outcome is not memory.written:
         if outcome.vertices is not None or len(result.data.vertices):
             results.write(result, outcome.vertices)
