@@ -104,6 +104,58 @@ def test_local_fit_follows_the_object_and_world_fit_the_world():
     assert np.allclose(np.abs(in_lattice(ball, world)).max(axis=0), 0.5, atol=1e-5)
 
 
+@pytest.mark.parametrize("turn", [(0.5, 0.2, 0.9), (1.1, -0.7, 2.0), (0.0, 0.0, 0.0)])
+@pytest.mark.parametrize("size", [(4.0, 1.0, 0.5), (3.0, 1.0, 1.0), (2.0, 2.0, 2.0), (2.0, 1.0, 0.0)])
+def test_oriented_fit_finds_the_box_that_the_vertices_are_corners_of(turn, size):
+    corners = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * size
+    rotation = np.array(Euler(turn).to_matrix())
+    scenes.mesh_object("Plank", corners @ rotation.T + (1.0, 2.0, 3.0), [(0, 1, 3, 2), (4, 6, 7, 5)])
+    plank = bpy.context.object
+    bpy.ops.isochor.add(fit="ORIENTED", margin=0.0)
+    lattice = lattice_of(plank)
+    thinnest = 0.01 * max(size)
+    assert np.allclose(sorted(lattice.scale), sorted(np.maximum(size, thinnest)), atol=1e-3)
+    inside = np.abs(in_lattice(plank, lattice))
+    assert np.allclose(inside[:, np.array(lattice.scale) > 2 * thinnest], 0.5, atol=1e-3)
+    assert inside.max() <= 0.5
+
+
+def test_oriented_fit_is_no_larger_than_the_others():
+    points = np.random.default_rng(7).normal(size=(300, 3)) @ [(1.0, 0.8, 0.1), (0.0, 0.6, 0.4), (0.0, 0.0, 0.3)]
+    cloud = scenes.mesh_object("Cloud", points, [(0, 1, 2)])
+    volumes = {}
+    for fit in ("LOCAL", "ORIENTED", "WORLD"):
+        bpy.ops.isochor.add(fit=fit, margin=0.0)
+        volumes[fit] = np.prod(lattice_of(cloud).scale)
+        assert np.linalg.det(np.array(lattice_of(cloud).matrix_world)) > 0.0
+        bpy.ops.isochor.remove()
+    assert volumes["ORIENTED"] < 0.8 * volumes["LOCAL"]
+    assert volumes["LOCAL"] == pytest.approx(volumes["WORLD"], rel=1e-5)
+
+
+@pytest.mark.parametrize("fit", ["LOCAL", "ORIENTED", "WORLD"])
+@pytest.mark.parametrize(("basis", "side"), [("BERNSTEIN", 4), ("BSPLINE", 6)])
+def test_no_vertex_is_outside_a_lattice_without_margin_far_from_the_origin(fit, basis, side):
+    ball = scenes.sphere()
+    ball.location, ball.rotation_euler = (101.7, 0.3, -2.0), (0.4, 0.7, 1.1)
+    bpy.context.view_layer.update()
+    bpy.ops.isochor.add(resolution=(side, side, side), basis=basis, fit=fit, margin=0.0)
+    assert scenes.report(ball, ball.modifiers[0]).vertices_outside == 0
+    bpy.ops.mesh.primitive_cube_add(location=(1003.0, 0.0, 0.0))
+    cube = bpy.context.object
+    bpy.ops.isochor.add(resolution=(side, side, side), basis=basis, fit=fit, margin=0.0)
+    assert scenes.report(cube, cube.modifiers[0]).vertices_outside == 0
+
+
+def test_locking_the_interface_is_reported_once(capfd):
+    scenes.sphere()
+    assert not bpy.context.scene.render.use_lock_interface
+    bpy.ops.isochor.add()
+    assert capfd.readouterr().out.count("Lock Interface is now on") == 1
+    bpy.ops.isochor.add()
+    assert "Lock Interface" not in capfd.readouterr().out
+
+
 def test_several_selected_objects_share_one_lattice_around_all():
     left, right = scenes.sphere(name="Left"), scenes.sphere(name="Right")
     left.location.x = -3.0

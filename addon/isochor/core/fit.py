@@ -11,6 +11,9 @@ Array = NDArray[np.float64]
 THINNEST = 0.01
 """Least thickness of the box, as a fraction of its largest side: a plane still gets a lattice that can be inverted."""
 
+ROUNDING = 4.0 * float(np.finfo(np.float32).eps)
+"""Room on each side for the rounding of the lattice's matrix, as a fraction of the largest world coordinate."""
+
 
 def axes_of(matrix: Array) -> Array:
     """Orthonormal directions (columns) nearest to a transform's axes in order; the world's where it has none."""
@@ -30,13 +33,15 @@ def box_matrix(points: Array, axes: Array, margin: float, shape: tuple[int, int,
     """4x4 transform of the unit cube about the origin into the box that holds all of ``points`` (V, 3).
 
     ``axes``: orthonormal columns; ``margin``: fraction of the box's size added on each side. With B-splines the box is
-    enlarged by the layers that stand outside their domain, so that the domain holds the points.
+    enlarged by the layers that stand outside their domain, so that the domain holds the points. It is a little wider
+    than asked for, since Blender rounds world coordinates to float32, and then the outermost must still be inside.
     """
     along = points @ axes
     low, high = along.min(axis=0), along.max(axis=0)
     size = high - low
     largest = size.max() if size.max() > 0.0 else 1.0
     size = np.maximum(size, THINNEST * largest) * (1.0 + 2.0 * margin)
+    size = size + 2.0 * ROUNDING * np.abs(points).max()
     if basis == "BSPLINE":
         size = size * [enlargement(count, degree) for count, degree in zip(shape, degrees(shape), strict=True)]
     matrix = np.eye(4)

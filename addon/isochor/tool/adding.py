@@ -39,11 +39,17 @@ def new_lattice(
     return lattice
 
 
+def lock_interface(scene: bpy.types.Scene) -> bool:
+    """Has Blender lock its interface during renders, so that nobody edits what handlers write; whether it was off."""
+    was_off = not scene.render.use_lock_interface
+    scene.render.use_lock_interface = True
+    return was_off
+
+
 def add_modifiers(
     objects: list[bpy.types.Object], lattice: bpy.types.Object, basis: str, context: bpy.types.Context
 ) -> list[str]:
     """Gives each object the modifier, computes it once and keeps its rest volume; returns problems in plain words."""
-    context.scene.render.use_lock_interface = True
     added = [(obj, _add_modifier(obj, lattice, basis)) for obj in objects]
     results.ensure_own()
     context.view_layer.update()

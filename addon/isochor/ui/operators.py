@@ -3,8 +3,10 @@
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.fit import axes_of, box_matrix
+from ..core.oriented import oriented_axes
 from ..tool import adding, removing, stack
 
 BASIS_ITEMS = (
@@ -17,12 +19,14 @@ BASIS_ITEMS = (
 )
 FIT_ITEMS = (
     ("LOCAL", "Local", "Along the active object's axes"),
+    ("ORIENTED", "Oriented", "The smallest box, whichever way it stands"),
     ("WORLD", "World", "Along the world's axes"),
 )
 
 
 class ISOCHOR_OT_add(bpy.types.Operator):
-    """Fit a lattice to the selected meshes and deform them with it, keeping their volume"""
+    """Fit a lattice to the selected meshes and deform them with it, keeping their volume. Turns on Lock Interface in
+    the Render menu, because the viewport must not be edited while a render runs"""
 
     bl_idname = "isochor.add"
     bl_label = "Add Volume Lattice"
@@ -59,9 +63,11 @@ class ISOCHOR_OT_add(bpy.types.Operator):
             self.report({"ERROR"}, "There are no vertices to fit a lattice to: select a mesh that has some")
             return {"CANCELLED"}
         shape = tuple(self.resolution)
-        axes = axes_of(np.array(objects[0].matrix_world)) if self.fit == "LOCAL" else np.eye(3)
+        axes = fitted_axes(self.fit, points, np.array(objects[0].matrix_world))
         matrix = box_matrix(points, axes, self.margin, shape, self.basis)
         lattice = adding.new_lattice(f"{objects[0].name} Lattice", shape, matrix, context)
+        if adding.lock_interface(context.scene):
+            self.report({"INFO"}, "Lock Interface is now on in the Render menu: renders need it")
         problems = adding.add_modifiers(objects, lattice, self.basis, context)
         for text in problems:
             self.report({"WARNING"}, text)
@@ -99,6 +105,13 @@ def lattices_of_active(context: bpy.types.Context) -> list[bpy.types.NodesModifi
     """The Volume Lattice modifiers of the active object."""
     obj = active_object(context)
     return [] if obj is None else stack.ours(obj)
+
+
+def fitted_axes(fit: str, points: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Directions of the lattice's box, as columns, for one of FIT_ITEMS and the active object's matrix to world."""
+    if fit == "WORLD":
+        return np.eye(3)
+    return oriented_axes(points, axes_of(matrix)) if fit == "ORIENTED" else axes_of(matrix)
 
 
 def chosen_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
