@@ -117,11 +117,12 @@ def test_vertex_that_is_not_a_number():
     lattice = scenes.lattice_object(4)
     scenes.volume_lattice(ball, lattice)
     squash(lattice)
+    before = ball.data.vertices[7].co.x
     ball.data.vertices[7].co.x = float("nan")
     ball.data.update()
     bpy.context.view_layer.update()
     assert "7" in problems(ball)
-    ball.data.vertices[7].co.x = 0.1
+    ball.data.vertices[7].co.x = before
     ball.data.update()
     bpy.context.view_layer.update()
     assert problems(ball) == ""

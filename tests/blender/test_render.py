@@ -203,6 +203,20 @@ def test_viewport_and_render_have_levels_and_results_of_their_own(noted):
     assert abs(rest / in_viewport - 1) > 1e-3
 
 
+def test_render_takes_the_rest_volume_of_the_viewport_where_it_keeps_none(noted):
+    ball = moving_scene(native=False, preserve=1.0)
+    shown, rendered = (scenes.get_input(ball.modifiers[0], f"{mode} Result") for mode in ("Viewport", "Render"))
+    wanted = 1.1 * scenes.volume(ball.data)
+    shown["isochor_rest_volume"] = wanted
+    del rendered["isochor_rest_volume"]
+    bpy.context.scene.render.engine = MeasuringEngine.bl_idname
+    bpy.context.scene.frame_set(8)
+    bpy.ops.render.render()
+    assert rendered["isochor_rest_volume"] == wanted
+    for _, _, volume, _ in noted:
+        assert abs(volume / wanted - 1) <= 1e-6
+
+
 def test_problem_does_not_stop_a_render(noted, capfd):
     ball = moving_scene(native=False, preserve=1.0)
     bpy.data.objects.remove(scenes.get_input(ball.modifiers[0], "Lattice"))

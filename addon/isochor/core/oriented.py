@@ -94,7 +94,7 @@ def half_hull(ordered: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 def outermost(points: Array) -> Array:
     """The points that reach furthest in directions spread over the sphere, each once."""
-    found = [np.argmax(points @ some.T, axis=0) for some in np.array_split(directions(EXTREMES), EXTREMES // 32)]
+    found = [np.argmax(some @ points.T, axis=1) for some in np.array_split(directions(EXTREMES), EXTREMES // 32)]
     outer: Array = points[np.unique(np.concatenate(found))]
     return outer
 

@@ -27,6 +27,8 @@ def volume_and_area(positions: Positions, triangles: Triangles) -> tuple[float, 
 def is_flat(positions: Positions, triangles: Triangles) -> bool:
     """Whether the mesh encloses no more than what rounding of its coordinates makes of nothing; the native library
     draws the line in the same place."""
+    if len(triangles) == 0:
+        return True
     volume, area = volume_and_area(positions, triangles)
     radius = float(np.ptp(positions, axis=0).max()) / 2.0
     return abs(volume) <= 4.0 * SINGLE * area * radius
@@ -37,9 +39,9 @@ def enclosed(positions: Positions, triangles: Triangles) -> float:
     return 0.0 if is_flat(positions, triangles) else volume_and_area(positions, triangles)[0]
 
 
-def differs(volume: float, before: float, positions: Positions, triangles: Triangles) -> bool:
-    """Whether the volume of these positions is another than ``before``, by more than 1e-6 of it and by more than a
-    motion of the whole mesh can do, which rounds every coordinate anew."""
-    area = volume_and_area(positions, triangles)[1]
+def has_changed(before: float, positions: Positions, triangles: Triangles) -> bool:
+    """Whether ``enclosed`` is now another than ``before``, by more than 1e-6 of it and by more than moving the whole
+    mesh can do, which rounds every coordinate anew."""
+    now, area = enclosed(positions, triangles), volume_and_area(positions, triangles)[1]
     rounding = SINGLE * area * float(np.abs(positions).max(initial=0.0))
-    return abs(volume - before) > max(1e-6 * max(abs(before), abs(volume)), rounding)
+    return abs(now - before) > max(1e-6 * max(abs(before), abs(now)), rounding)

@@ -146,6 +146,12 @@ def loop_triangles(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
     return triangles.reshape(-1, 3)
 
 
+def own_shape(mesh: bpy.types.Mesh) -> tuple[Positions, NDArray[np.int32]]:
+    """(V, 3) positions and (F, 3) triangles of an object's own mesh, before any modifier."""
+    positions = attribute(mesh, "position", "vector", 3, np.float32)
+    return np.empty((0, 3), np.float32) if positions is None else positions.reshape(-1, 3), loop_triangles(mesh)
+
+
 def same(one: NDArray[Any], other: NDArray[Any] | None) -> bool:
     """Equal in every element."""
     return other is not None and np.array_equal(one, other)

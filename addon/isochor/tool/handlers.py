@@ -8,7 +8,7 @@ handlers again.
 import bpy
 from bpy.app.handlers import persistent
 
-from . import node_group, stack, state
+from . import node_group, rest, stack, state
 
 
 @persistent
@@ -37,12 +37,19 @@ def file_loaded(*_arguments: object) -> None:
     node_group.rebuild_foreign()
 
 
+@persistent
+def file_about_to_be_saved(*_arguments: object) -> None:
+    """What every process that renders the file must agree on goes into it."""
+    rest.measure_missing(bpy.context.view_layer)
+
+
 HANDLERS = (
     ("frame_change_post", frame_changed),
     ("depsgraph_update_post", depsgraph_updated),
     ("undo_post", data_replaced),
     ("redo_post", data_replaced),
     ("load_post", file_loaded),
+    ("save_pre", file_about_to_be_saved),
 )
 
 

@@ -6,10 +6,7 @@ from contextlib import contextmanager
 
 import bpy
 
-from . import results, state
-
-VIEWPORT_OF_RENDER = {"show_render": "show_viewport", "render_levels": "levels"}
-"""Settings of a modifier for renders, and those for the viewport that stand in for them while measuring."""
+from . import node_group, results, stack, state
 
 
 def measure_for_render(
@@ -20,7 +17,7 @@ def measure_for_render(
     if shown is None or rendered is None:
         return
     kept = shown.get(results.REST_VOLUME)
-    differing = differing_settings(obj)
+    differing = stack.differing_before(obj, modifier)
     if kept is not None and differing:
         with viewport_as_render(differing):
             view_layer.update()
@@ -36,14 +33,17 @@ def entering_volume(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) ->
     return None if memory is None else memory.solver.bound_volume()
 
 
-def differing_settings(obj: bpy.types.Object) -> list[tuple[bpy.types.Modifier, str, str]]:
-    """(modifier, viewport setting, render setting) wherever the two have different values."""
-    return [
-        (modifier, viewport, render)
-        for modifier in obj.modifiers
-        for render, viewport in VIEWPORT_OF_RENDER.items()
-        if hasattr(modifier, render) and getattr(modifier, render) != getattr(modifier, viewport)
-    ]
+def measure_missing(view_layer: bpy.types.ViewLayer) -> None:
+    """Keeps the rest volume of renders wherever only the viewport's is kept, as after adding in Edit Mode or copying
+    to another mesh. Not for handlers that run while Blender evaluates."""
+    for obj in stack.users(node_group.all_groups()):
+        if obj.mode != "OBJECT" or not obj.is_editable or obj.name not in view_layer.objects:
+            continue
+        for modifier in stack.ours(obj):
+            shown, rendered = results.of(modifier, "VIEWPORT"), results.of(modifier, "RENDER")
+            known = shown is not None and results.REST_VOLUME in shown
+            if known and rendered is not None and results.REST_VOLUME not in rendered:
+                measure_for_render(obj, modifier, view_layer)
 
 
 @contextmanager

@@ -8,12 +8,15 @@ sense carries each, since an input can name an object only.
 import bpy
 
 from ..core.solver import Vertices
-from . import node_group, sockets, stack
+from ..core.volume import enclosed
+from . import evaluated, node_group, sockets, stack
 
 REST_VOLUME = "isochor_rest_volume"
 """Custom property of a result object: volume that entered when the modifier was added, in the object's space."""
 REST_COUNT = "isochor_rest_count"
 """Custom property of a result object: number of vertices of the object's own mesh at that time."""
+REST_OWN_VOLUME = "isochor_rest_own_volume"
+"""Custom property of a result object: volume of the object's own mesh at that time, which tells of edits since."""
 
 INPUT_OF_MODE = {"VIEWPORT": sockets.VIEWPORT_RESULT, "RENDER": sockets.RENDER_RESULT}
 
@@ -53,11 +56,12 @@ def keep_rest(result: bpy.types.Object, volume: float, obj: bpy.types.Object) ->
     """Notes the volume that entered, in the space of ``obj``, the deformed object."""
     result[REST_VOLUME] = volume
     result[REST_COUNT] = len(obj.data.vertices)
+    result[REST_OWN_VOLUME] = enclosed(*evaluated.own_shape(obj.data))
 
 
 def forget_rest(result: bpy.types.Object) -> None:
     """The next volume that enters becomes the rest volume, as after copying the modifier to another mesh."""
-    for key in (REST_VOLUME, REST_COUNT):
+    for key in (REST_VOLUME, REST_COUNT, REST_OWN_VOLUME):
         if key in result:
             del result[key]
 

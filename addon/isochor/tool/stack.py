@@ -15,6 +15,10 @@ FACES_UNTOUCHED_BY = frozenset(
 number. The faces that leave any other modifier may change from frame to frame."""
 
 
+VIEWPORT_OF_RENDER = {"show_render": "show_viewport", "render_levels": "levels"}
+"""Settings of a modifier for renders, and those for the viewport that stand in for them while measuring."""
+
+
 def is_ours(modifier: bpy.types.Modifier) -> bool:
     """Whether this modifier is a Volume Lattice."""
     return modifier.type == "NODES" and node_group.is_ours(modifier.node_group)
@@ -54,6 +58,17 @@ def preceding(modifiers: list[bpy.types.Modifier], modifier: bpy.types.Modifier)
     """Those before ``modifier`` that are not ours."""
     place = modifiers.index(modifier)
     return [other for other in modifiers[:place] if not is_ours(other)]
+
+
+def differing_before(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> list[tuple[bpy.types.Modifier, str, str]]:
+    """(modifier, viewport setting, render setting) wherever the two differ in a modifier before this one."""
+    before = obj.modifiers[: list(obj.modifiers).index(modifier)]
+    return [
+        (other, viewport, render)
+        for other in before
+        for render, viewport in VIEWPORT_OF_RENDER.items()
+        if hasattr(other, render) and getattr(other, render) != getattr(other, viewport)
+    ]
 
 
 def users(group_list: list[bpy.types.NodeTree]) -> list[bpy.types.Object]:

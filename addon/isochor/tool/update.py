@@ -12,6 +12,7 @@ from ..core import grid, problem
 from ..core.report import Report
 from ..core.settings import Settings
 from ..core.solver import Outcome, Request, Solver, Vertices
+from ..core.volume import has_changed
 from . import evaluated, node_group, results, sockets, stack
 
 Key = tuple[int, int, str]
@@ -27,6 +28,8 @@ class Memory:
     own_positions: Vertices | None = None
     own_stamp: tuple[int, int] | None = None
     lattice_boxes: dict[int, evaluated.Box] = field(default_factory=dict)
+    edited: bool = False
+    edited_stamp: tuple[int, int, float] | None = None
     written: Outcome | None = None
     report: Report = field(default_factory=Report)
 
@@ -101,6 +104,7 @@ def _update_modifier(
         entered = _entered(job, memory, modifiers, fresh)
         settings = sockets.read_settings(job.evaluated_modifier)
         request, problems = _request(job, memory, modifiers, entered, settings)
+        problems += _edited(job, memory, result, settings)
         outcome = memory.solver.solve(_with_rest_volume(job, memory, request, result))
     except problem.Problem as trouble:
         outcome = Outcome(None, Report(problems=(str(trouble),)))
@@ -227,10 +231,43 @@ def _with_rest_volume(job: Job, memory: Memory, request: Request, result: bpy.ty
         return request
     volume = result.get(results.REST_VOLUME)
     if volume is None:
-        volume = memory.solver.incoming_volume(request)
+        volume = _volume_shown(job) if job.mode == "RENDER" else None
+        volume = memory.solver.incoming_volume(request) if volume is None else volume
         if volume is not None:
-            results.keep_rest(result, volume, job.obj)
+            _keep_rest(job, result, volume)
     return replace(request, rest_volume=volume)
+
+
+def _volume_shown(job: Job) -> float | None:
+    """The rest volume that the viewport keeps, where what enters in a render is the same mesh."""
+    shown = results.of(job.modifier, "VIEWPORT")
+    if shown is None or stack.differing_before(job.obj, job.modifier):
+        return None
+    volume: float | None = shown.get(results.REST_VOLUME)
+    return volume
+
+
+def _keep_rest(job: Job, result: bpy.types.Object, volume: float) -> None:
+    """Keeps the rest volume; the viewport's for renders too where the same mesh enters, so that every process that
+    renders the file has it. Where another enters, it is measured on saving: settings must not change here."""
+    results.keep_rest(result, volume, job.obj)
+    rendered = results.of(job.modifier, "RENDER")
+    if job.mode == "RENDER" or rendered is None or results.REST_VOLUME in rendered:
+        return
+    if not stack.differing_before(job.obj, job.modifier):
+        results.keep_rest(rendered, volume, job.obj)
+
+
+def _edited(job: Job, memory: Memory, result: bpy.types.Object | None, settings: Settings) -> list[str]:
+    """The problem of a mesh that was edited since its rest volume was kept; looked at only after an edit."""
+    before = None if result is None else result.get(results.REST_OWN_VOLUME)
+    if before is None or settings.reference != "Rest":
+        return []
+    stamp = (job.obj.data.session_uid, job.mesh_edits, before)
+    if job.obj.mode == "OBJECT" and stamp != memory.edited_stamp:
+        memory.edited = has_changed(before, *evaluated.own_shape(job.obj.data))
+        memory.edited_stamp = stamp
+    return [problem.EDITED] if memory.edited else []
 
 
 def _between(modifiers: list[bpy.types.Modifier], modifier: bpy.types.Modifier) -> list[str]:
