@@ -92,6 +92,34 @@ def test_save_and_load(tmp_path):
     assert keeps_volume(ball)
 
 
+def test_nodes_of_an_older_version_are_laid_anew_and_the_inputs_keep_their_values(tmp_path):
+    ball, _lattice, modifier = squashed_ball()
+    given = {"Space": "Lattice", "Method": "Sweep", "Target": 1.25, "Axes": (1.0, 0.5, 0.0), "Preserve": 0.75}
+    for name, value in given.items():
+        scenes.set_input(modifier, name, value)
+    group = modifier.node_group
+    kinds = sorted(node.bl_idname for node in group.nodes)
+    group["isochor_version"] = 0
+    for node in [node for node in group.nodes if node.bl_idname == "GeometryNodeSwitch"]:
+        group.nodes.remove(node)
+    place = str(tmp_path / "older.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=place)
+    bpy.ops.wm.open_mainfile(filepath=place)
+    ball, lattice = bpy.data.objects["Ball"], bpy.data.objects["Ball Cage"]
+    modifier = ball.modifiers[0]
+    group = modifier.node_group
+    assert sorted(node.bl_idname for node in group.nodes) == kinds
+    assert group["isochor_version"] == 1
+    for name, value in given.items():
+        found = scenes.get_input(modifier, name)
+        assert found == value or tuple(found) == value, name
+    scenes.set_input(modifier, "Target", 1.0)
+    scenes.set_input(modifier, "Preserve", 1.0)
+    squash(lattice, 0.8)
+    assert height(ball) < 1.6
+    assert keeps_volume(ball)
+
+
 def test_orphan_purge_spares_the_results():
     ball, lattice, _ = squashed_ball()
     bpy.ops.outliner.orphans_purge(do_local_ids=True, do_recursive=True)
@@ -214,7 +242,7 @@ def test_without_the_add_on_the_last_shape_stays(tmp_path):
 def test_enabling_and_disabling_leaves_no_handler_behind():
     bpy.ops.preferences.addon_disable(module=MODULE)
     try:
-        for event in ("frame_change_post", "depsgraph_update_post", "undo_post", "redo_post", "load_post"):
+        for event in ("frame_change_post", "depsgraph_update_post", "undo_post", "redo_post", "load_post", "save_pre"):
             found = [handler.__module__ for handler in getattr(bpy.app.handlers, event)]
             assert not [name for name in found if name.startswith(MODULE)], event
         assert not hasattr(bpy.types, "VIEW3D_PT_isochor")

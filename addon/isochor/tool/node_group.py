@@ -13,6 +13,7 @@ from . import sockets
 NAME = "Volume Lattice"
 VERSION_KEY = "isochor_version"
 VERSION = 1
+"""Of the nodes that ``_Builder`` lays; a file with an older number gets them anew on loading."""
 
 INCOMING = ".isochor_incoming_"
 """Point, vector: positions that entered. A leading dot hides an attribute in Blender's lists; the slot follows."""
@@ -42,9 +43,8 @@ def ensure() -> bpy.types.NodeTree:
             return group
     group = bpy.data.node_groups.new(NAME, "GeometryNodeTree")
     group.is_modifier = True
-    group[VERSION_KEY] = VERSION
     _add_interface(group)
-    _Builder(group).build()
+    _lay_nodes(group)
     return group
 
 
@@ -54,11 +54,18 @@ def can_transfer() -> bool:
 
 
 def rebuild_foreign() -> None:
-    """Rebuilds groups saved by a Blender that has nodes unknown to this one."""
+    """Lays the nodes anew in groups saved by an older version of the add-on, or by a Blender that has nodes unknown to
+    this one. Their inputs stay, and with them what every modifier holds."""
     for group in all_groups():
-        if group.library is None and any(node.bl_idname == "NodeUndefined" for node in group.nodes):
+        unknown = any(node.bl_idname == "NodeUndefined" for node in group.nodes)
+        if group.library is None and (unknown or group[VERSION_KEY] < VERSION):
             group.nodes.clear()
-            _Builder(group).build()
+            _lay_nodes(group)
+
+
+def _lay_nodes(group: bpy.types.NodeTree) -> None:
+    _Builder(group).build()
+    group[VERSION_KEY] = VERSION
 
 
 def _add_interface(group: bpy.types.NodeTree) -> None:
