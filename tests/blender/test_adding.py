@@ -236,6 +236,11 @@ def test_nothing_selected_is_refused_in_plain_words():
     ball = scenes.sphere()
     with pytest.raises(RuntimeError, match="no Volume Lattice"):
         bpy.ops.isochor.remove()
+    ball.data.vertices[3].co.z = float("nan")
+    ball.data.update()
+    for fit in ("LOCAL", "ORIENTED", "WORLD"):
+        with pytest.raises(RuntimeError, match="have no place"):
+            bpy.ops.isochor.add(fit=fit)
     ball.data.clear_geometry()
     with pytest.raises(RuntimeError, match="no vertices"):
         bpy.ops.isochor.add()

@@ -62,6 +62,9 @@ class ISOCHOR_OT_add(bpy.types.Operator):
         if not len(points):
             self.report({"ERROR"}, "There are no vertices to fit a lattice to: select a mesh that has some")
             return {"CANCELLED"}
+        if not np.isfinite(points).all():
+            self.report({"ERROR"}, "Some vertices have no place (NaN or infinity): correct or delete them first")
+            return {"CANCELLED"}
         shape = tuple(self.resolution)
         axes = fitted_axes(self.fit, points, np.array(objects[0].matrix_world))
         matrix = box_matrix(points, axes, self.margin, shape, self.basis)
