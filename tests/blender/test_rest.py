@@ -83,10 +83,10 @@ def test_edits_that_keep_the_volume_are_not_told():
 
 def test_the_look_at_an_edit_is_not_taken_in_every_frame(monkeypatch):
     ball, lattice = ball_in_a_lattice()
-    update = scenes.part("tool.update")
+    results = scenes.part("tool.results")
     looks = []
-    look = update.has_changed
-    monkeypatch.setattr(update, "has_changed", lambda *given: looks.append(1) or look(*given))
+    look = results.is_edited
+    monkeypatch.setattr(results, "is_edited", lambda *given: looks.append(1) or look(*given))
     for frame in range(2, 8):
         squash(lattice, 0.95)
         bpy.context.scene.frame_set(frame)

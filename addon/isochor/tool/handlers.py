@@ -31,16 +31,16 @@ def data_replaced(*_arguments: object) -> None:
 
 
 @persistent
+def file_about_to_be_saved(*_arguments: object) -> None:
+    """What every process that renders the file must agree on goes into it."""
+    rest.measure_missing(bpy.context.view_layer)
+
+
+@persistent
 def file_loaded(*_arguments: object) -> None:
     """Another file: forget the old one, and make its node groups fit this Blender."""
     state.clear()
     node_group.rebuild_foreign()
-
-
-@persistent
-def file_about_to_be_saved(*_arguments: object) -> None:
-    """What every process that renders the file must agree on goes into it."""
-    rest.measure_missing(bpy.context.view_layer)
 
 
 HANDLERS = (

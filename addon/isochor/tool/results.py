@@ -8,7 +8,7 @@ sense carries each, since an input can name an object only.
 import bpy
 
 from ..core.solver import Vertices
-from ..core.volume import enclosed
+from ..core.volume import enclosed, has_changed
 from . import evaluated, node_group, sockets, stack
 
 REST_VOLUME = "isochor_rest_volume"
@@ -57,6 +57,11 @@ def keep_rest(result: bpy.types.Object, volume: float, obj: bpy.types.Object) ->
     result[REST_VOLUME] = volume
     result[REST_COUNT] = len(obj.data.vertices)
     result[REST_OWN_VOLUME] = enclosed(*evaluated.own_shape(obj.data))
+
+
+def is_edited(result: bpy.types.Object, obj: bpy.types.Object) -> bool:
+    """Whether the own mesh of ``obj`` has another volume than when the rest volume was kept."""
+    return has_changed(result[REST_OWN_VOLUME], *evaluated.own_shape(obj.data))
 
 
 def forget_rest(result: bpy.types.Object) -> None:

@@ -12,7 +12,6 @@ from ..core import grid, problem
 from ..core.report import Report
 from ..core.settings import Settings
 from ..core.solver import Outcome, Request, Solver, Vertices
-from ..core.volume import has_changed
 from . import evaluated, node_group, results, sockets, stack
 
 Key = tuple[int, int, str]
@@ -260,13 +259,12 @@ def _keep_rest(job: Job, result: bpy.types.Object, volume: float) -> None:
 
 def _edited(job: Job, memory: Memory, result: bpy.types.Object | None, settings: Settings) -> list[str]:
     """The problem of a mesh that was edited since its rest volume was kept; looked at only after an edit."""
-    before = None if result is None else result.get(results.REST_OWN_VOLUME)
-    if before is None or settings.reference != "Rest":
+    kept = None if result is None else result.get(results.REST_OWN_VOLUME)
+    if result is None or kept is None or settings.reference != "Rest":
         return []
-    stamp = (job.obj.data.session_uid, job.mesh_edits, before)
+    stamp = (job.obj.data.session_uid, job.mesh_edits, kept)
     if job.obj.mode == "OBJECT" and stamp != memory.edited_stamp:
-        memory.edited = has_changed(before, *evaluated.own_shape(job.obj.data))
-        memory.edited_stamp = stamp
+        memory.edited, memory.edited_stamp = results.is_edited(result, job.obj), stamp
     return [problem.EDITED] if memory.edited else []
 
 
