@@ -126,9 +126,10 @@ impl Mesh {
         out: &mut [[T; 3]],
     ) -> std::result::Result<Outcome, Failure> {
         let plan = binding.plan(control, options)?;
-        let frame = self.frame(binding, control, options, &plan);
-        let controls: Vec<[f32; 4]> =
-            plan.displacement.iter().zip(&plan.mobility).map(|(d, w)| self.control(*d, *w)).collect();
+        if options.amount == 0.0 {
+            return self.uncorrected(binding, control, options, out);
+        }
+        let (frame, controls) = self.inputs_of(binding, control, options, &plan);
         let turns = frame.turns.iter().position(|turn| turn.last == 1).map_or(0, |last| last + 1);
         let found = self.run(&frame, &controls, turns, |reading| {
             let found = self.found(&reading, &frame, turns);
@@ -146,7 +147,7 @@ impl Mesh {
         };
         let Some(found) = found else { return on_cpu(out) };
         let preserved = corrected(control, options, &plan, &found);
-        if T::EPSILON >= f64::from(f32::EPSILON) && is_close(binding, &preserved, out)? {
+        if !is_double::<T>() && is_close(binding, &preserved, out)? {
             return Ok(Outcome { preserved, work: Work::Device, seconds: found.seconds });
         }
         let last = found.steps.last().map_or(0, |(axis, _)| *axis);
@@ -155,6 +156,49 @@ impl Mesh {
             Err(isochor_core::Error::Volume(_)) => on_cpu(out),
             Err(other) => Err(other.into()),
         }
+    }
+
+    /// A correction that leaves the volume as deformed.
+    fn uncorrected<T: Scalar>(
+        &self,
+        binding: &Binding<T>,
+        control: &[DVec3],
+        options: &Preserve,
+        out: &mut [[T; 3]],
+    ) -> std::result::Result<Outcome, Failure> {
+        if is_double::<T>() {
+            let preserved = binding.preserve(control, options, out)?;
+            return Ok(Outcome { preserved, work: Work::Cpu, seconds: None });
+        }
+        let seconds = self.deform(binding, control, out)?;
+        let target = binding.measure(out)?.volume;
+        let preserved =
+            Preserved { control: control.to_vec(), target, method: options.method, iterations: 0 };
+        Ok(Outcome { preserved, work: Work::Device, seconds })
+    }
+
+    /// What a correction uploads. For tests.
+    ///
+    /// # Errors
+    /// Those of [`Binding::plan`].
+    pub fn inputs<T: Scalar>(
+        &self,
+        binding: &Binding<T>,
+        control: &[DVec3],
+        options: &Preserve,
+    ) -> isochor_core::Result<(Frame, Vec<[f32; 4]>)> {
+        Ok(self.inputs_of(binding, control, options, &binding.plan(control, options)?))
+    }
+
+    fn inputs_of<T: Scalar>(
+        &self,
+        binding: &Binding<T>,
+        control: &[DVec3],
+        options: &Preserve,
+        plan: &Plan,
+    ) -> (Frame, Vec<[f32; 4]>) {
+        let controls = plan.displacement.iter().zip(&plan.mobility).map(|(d, w)| self.control(*d, *w));
+        (self.frame(binding, control, options, plan), controls.collect())
     }
 
     /// The bytes of a buffer after a frame. For tests.
@@ -257,6 +301,11 @@ impl Mesh {
     }
 }
 
+/// Whether float32 is not enough for the coordinates.
+fn is_double<T: Scalar>() -> bool {
+    T::EPSILON < f64::from(f32::EPSILON)
+}
+
 /// Moves the control points by the steps found.
 fn corrected(control: &[DVec3], options: &Preserve, plan: &Plan, found: &Found) -> Preserved {
     let mut control = control.to_vec();
@@ -268,7 +317,7 @@ fn corrected(control: &[DVec3], options: &Preserve, plan: &Plan, found: &Found) 
     let before = found.before * plan.determinant;
     let target =
         if options.amount == 1.0 { plan.wanted } else { before + options.amount * (plan.wanted - before) };
-    Preserved { control, target, method: options.method, iterations: u32::from(options.amount != 0.0) }
+    Preserved { control, target, method: options.method, iterations: 1 }
 }
 
 fn is_close<T: Scalar>(
