@@ -25,6 +25,11 @@ pub struct Adapter {
     pub backend: &'static str,
 }
 
+/// Whether an adapter has this name.
+pub fn is_adapter(name: &str) -> bool {
+    adapters().iter().any(|adapter| adapter.name == name)
+}
+
 /// Which adapter to take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Choice<'a> {

@@ -28,20 +28,25 @@ impl Pipelines {
 }
 
 impl Device {
-    /// The device of an adapter, opened once for the process and again after it was lost.
+    /// The device of a choice, opened once for the process and again after it was lost.
     ///
     /// # Errors
     /// [`Error::NoAdapter`] where no adapter fits, or it cannot be opened.
     pub fn open(choice: Choice<'_>) -> Result<Arc<Self>> {
-        static OPENED: Mutex<Vec<Arc<Device>>> = Mutex::new(Vec::new());
-        let (adapter, described) = choose(choice)?;
+        static OPENED: Mutex<Vec<(String, Arc<Device>)>> = Mutex::new(Vec::new());
+        let key = format!("{choice:?}");
         let mut opened = locked(&OPENED);
-        opened.retain(|device| device.failure().is_none());
-        if let Some(device) = opened.iter().find(|device| device.adapter == described) {
+        opened.retain(|(_, device)| device.failure().is_none());
+        if let Some((_, device)) = opened.iter().find(|(known, _)| *known == key) {
             return Ok(Arc::clone(device));
         }
-        let device = Arc::new(Self::request(&adapter, described)?);
-        opened.push(Arc::clone(&device));
+        let (adapter, described) = choose(choice)?;
+        let same = opened.iter().find(|(_, device)| device.adapter == described);
+        let device = match same {
+            Some((_, device)) => Arc::clone(device),
+            None => Arc::new(Self::request(&adapter, described)?),
+        };
+        opened.push((key, Arc::clone(&device)));
         Ok(device)
     }
 

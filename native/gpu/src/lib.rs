@@ -45,7 +45,7 @@ pub mod pack;
 pub mod twins;
 pub mod types;
 
-pub use adapters::{Adapter, Choice, Kind, adapters};
+pub use adapters::{Adapter, Choice, Kind, adapters, is_adapter};
 pub use device::Device;
 pub use error::{Error, Failure, Result};
 pub use mesh::{Mesh, Outcome, TOLERANCE, Work};

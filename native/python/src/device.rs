@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! What can compute.
 
+use isochor_gpu::{Adapter, Kind};
 use pyo3::prelude::*;
 
 /// Something that isochor can compute on.
@@ -28,9 +29,26 @@ impl Device {
     }
 }
 
-/// Lists the devices, best first. The CPU is always there.
+/// Lists the devices, best first: graphics cards, software rasterisers, and the CPU, which is always there.
 #[pyfunction]
-pub(crate) fn devices() -> Vec<Device> {
-    let threads = rayon::current_num_threads();
-    vec![Device { name: format!("CPU, {threads} threads"), kind: "cpu".into(), backend: "rayon".into() }]
+pub(crate) fn devices(py: Python<'_>) -> Vec<Device> {
+    let adapters = py.detach(isochor_gpu::adapters);
+    let mut devices: Vec<Device> = adapters.into_iter().map(Device::from).collect();
+    devices.push(Device { name: cpu_name(), kind: "cpu".into(), backend: "rayon".into() });
+    devices
+}
+
+/// What the CPU is called here.
+pub(crate) fn cpu_name() -> String {
+    format!("CPU, {} threads", rayon::current_num_threads())
+}
+
+impl From<Adapter> for Device {
+    fn from(adapter: Adapter) -> Self {
+        let kind = match adapter.kind {
+            Kind::Gpu => "gpu",
+            Kind::Software => "software",
+        };
+        Self { name: adapter.name, kind: kind.into(), backend: adapter.backend.into() }
+    }
 }

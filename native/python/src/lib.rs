@@ -2,6 +2,7 @@
 //! The Python module `isochor._native`: it checks what comes in, leaves the interpreter, and calls the core.
 
 mod arrays;
+mod backend;
 mod binding;
 mod device;
 mod errors;
