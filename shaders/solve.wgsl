@@ -23,8 +23,12 @@ fn change(volume: vec2f) -> vec2f {
     }
     var target_volume = frame.wanted;
     if frame.amount != 1.0 {
-        let missing = add(frame.wanted, -before);
-        target_volume = add_float(before, frame.amount * (missing.x + missing.y));
+        let way = add(frame.wanted, -before);
+        target_volume = add_float(before, frame.amount * (way.x + way.y));
+    }
+    let missing = add(target_volume, -before);
+    if abs(missing.x) <= frame.negligible {
+        return vec2f(0.0);
     }
     let ratio = target_volume.x / before.x;
     let signless = abs(before.x) <= frame.no_volume || ratio <= 0.0;
@@ -37,7 +41,6 @@ fn change(volume: vec2f) -> vec2f {
         if frame.balanced == 1u {
             goal = vec2f(before.x * pow(ratio, turn.done), 0.0);
         } else {
-            let missing = add(target_volume, -before);
             goal = add_float(before, turn.done * (missing.x + missing.y));
         }
     }

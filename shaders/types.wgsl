@@ -26,7 +26,7 @@ struct Frame {
     flat_axis: f32,   // An axis with coefficients no larger than this is left to the CPU.
     no_volume: f32,   // A volume no larger than this has no sign.
     zero: u32,        // 0, which no compiler knows: see two_float.wgsl.
-    unused: u32,
+    negligible: f32,  // A volume this close to the target needs no correction.
 }
 
 // Which of frame.turns a dispatch does.

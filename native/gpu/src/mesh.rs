@@ -18,12 +18,16 @@ use crate::types::{Frame, Turn};
 /// as the device computed them. Above it the closing step follows.
 pub const TOLERANCE: f64 = 1e-6;
 
-/// An axis whose coefficients are smaller than this fraction of the squared extent of the lattice is left to the CPU: float32
-/// gives coefficients an error of about 1e-7 of it, and the step would have lost three of seven digits.
+/// An axis whose coefficients are smaller than this fraction of the squared size of the lattice, deformed or at rest, is left to
+/// the CPU: float32 gives coefficients an error of about 1e-7 of it, and the step would have lost three of seven digits.
 const FLAT: f64 = 1e-4;
 
-/// A volume smaller than this fraction of the cube around the control points has no sign that float32 could tell.
+/// A volume smaller than this fraction of the cubed size of the lattice has no sign that float32 could tell.
 const NO_VOLUME: f64 = 1e-7;
+
+/// A volume off by less than this fraction of the target stays: it is what float32 makes of the right one, and correcting it
+/// would move even a lattice at rest.
+const NEGLIGIBLE: f64 = TOLERANCE / 4.0;
 
 /// A binding's fixed data on a device. May be used from several threads; frames of one mesh follow one another.
 pub struct Mesh {
@@ -32,6 +36,8 @@ pub struct Mesh {
     buffers: Buffers,
     frames: Mutex<Frames>,
     unit: f64,
+    /// Longest edge of the lattice's domain.
+    size: f64,
 }
 
 /// A correction, and what carried it out.
@@ -78,7 +84,7 @@ impl Mesh {
         let pipelines = device.pipelines(packed.taps)?;
         let buffers = Buffers::new(&device, &pipelines, &packed)?;
         let frames = Mutex::new(Frames::new(&device, &packed)?);
-        Ok(Self { device, pipelines, buffers, frames, unit: packed.unit })
+        Ok(Self { device, pipelines, buffers, frames, unit: packed.unit, size: packed.size })
     }
 
     /// The device.
@@ -146,7 +152,12 @@ impl Mesh {
             })
         };
         let Some(found) = found else { return on_cpu(out) };
-        let preserved = corrected(control, options, &plan, &found);
+        let before = if is_double::<T>() && options.amount != 1.0 {
+            binding.volume(control)?
+        } else {
+            found.before * plan.determinant
+        };
+        let preserved = corrected(control, options, &plan, &found, before);
         if !is_double::<T>() && is_close(binding, &preserved, out)? {
             return Ok(Outcome { preserved, work: Work::Device, seconds: found.seconds });
         }
@@ -252,7 +263,7 @@ impl Mesh {
         let centre = to_frame * binding.lattice().centre();
         let [x, y, z] = ((plan.middle - centre) / self.unit).to_array().map(|value| value as f32);
         let six_wanted = 6.0 * plan.wanted / plan.determinant / self.unit.powi(3);
-        let extent = extent(control) / self.unit;
+        let size = extent(control).max(self.size) / self.unit;
         Frame {
             to_frame: columns(to_frame),
             from_frame: columns(from_frame),
@@ -262,8 +273,9 @@ impl Mesh {
             wanted: two_float::from_f64(six_wanted),
             amount: options.amount as f32,
             balanced: u32::from(options.method == Method::Balanced),
-            flat_axis: (6.0 * FLAT * extent.powi(2)) as f32,
-            no_volume: (6.0 * NO_VOLUME * extent.powi(3)) as f32,
+            flat_axis: (6.0 * FLAT * size.powi(2)) as f32,
+            no_volume: (6.0 * NO_VOLUME * size.powi(3)) as f32,
+            negligible: (NEGLIGIBLE * six_wanted.abs()) as f32,
             ..Frame::default()
         }
     }
@@ -307,17 +319,17 @@ fn is_double<T: Scalar>() -> bool {
 }
 
 /// Moves the control points by the steps found.
-fn corrected(control: &[DVec3], options: &Preserve, plan: &Plan, found: &Found) -> Preserved {
+fn corrected(control: &[DVec3], options: &Preserve, plan: &Plan, found: &Found, before: f64) -> Preserved {
+    let has_moved = found.steps.iter().any(|(_, step)| step.iter().any(|&distance| distance != 0.0));
     let mut control = control.to_vec();
     for (axis, step) in &found.steps {
         for (point, &distance) in control.iter_mut().zip(step) {
             plan.move_along(*axis, distance, point);
         }
     }
-    let before = found.before * plan.determinant;
     let target =
         if options.amount == 1.0 { plan.wanted } else { before + options.amount * (plan.wanted - before) };
-    Preserved { control, target, method: options.method, iterations: 1 }
+    Preserved { control, target, method: options.method, iterations: u32::from(has_moved) }
 }
 
 fn is_close<T: Scalar>(

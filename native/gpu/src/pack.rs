@@ -25,6 +25,8 @@ pub struct Packed<'a> {
     pub centre: DVec3,
     /// Power of two near the lattice's size: scaling by it is exact, and volumes and squares stay within float32.
     pub unit: f64,
+    /// Longest edge of the lattice's domain.
+    pub size: f64,
     /// Runs of at most [`GROUP`] slots in one cell.
     pub tiles: Vec<Tile>,
     /// Runs for the coefficients.
@@ -86,6 +88,7 @@ impl<'a> Packed<'a> {
             shape: lattice.shape(),
             centre,
             unit,
+            size,
             tiles,
             runs,
             knots: cells.knots,

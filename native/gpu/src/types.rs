@@ -44,8 +44,8 @@ pub struct Frame {
     pub no_volume: f32,
     /// 0, which no compiler knows.
     pub zero: u32,
-    /// Fills the structure up to a multiple of 16 bytes.
-    pub unused: u32,
+    /// A volume this close to the target needs no correction.
+    pub negligible: f32,
 }
 
 /// Which of the frame's turns a dispatch does.

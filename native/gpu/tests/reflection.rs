@@ -105,7 +105,7 @@ macro_rules! check {
 #[test]
 fn structures_have_one_layout() {
     check!(Turn: axis, last, done, unused);
-    check!(Frame: to_frame, from_frame, turns, middle, shape, wanted, amount, balanced, flat_axis, no_volume, zero, unused);
+    check!(Frame: to_frame, from_frame, turns, middle, shape, wanted, amount, balanced, flat_axis, no_volume, zero, negligible);
     check!(Index: turn);
     check!(Tile: first_slot, slots, first_point, knots_u, knots_v, knots_w);
     check!(Status: volume, steep, left_to_cpu);

@@ -148,6 +148,9 @@ fn what_the_device_cannot_decide_the_cpu_does_in_the_same_call() {
             assert!(largest_difference(&out, &cpu) < 2e-5);
         }
     }
+    let collapsed = vec![DVec3::new(0.3, 0.2, 0.1); lattice.len()];
+    let found = on_device.preserve(&binding, &collapsed, &Preserve::default(), &mut out);
+    assert!(matches!(found, Err(Failure::Core(Error::Volume(_)))), "{found:?}");
     let stuck = Preserve { axes: [1.0, 1.0, 0.0], ..Preserve::default() };
     let found = on_device.preserve(&binding, &flat, &stuck, &mut out);
     assert!(matches!(found, Err(Failure::Core(Error::Volume(_)))), "{found:?}");
@@ -216,6 +219,9 @@ fn what_does_not_move_keeps_every_bit() {
     let mut out = vec![[f32::NAN; 3]; mesh.vertices.len()];
     on_device.deform(&binding, &lattice.rest(), &mut out).unwrap();
     assert_eq!(out, single(&mesh));
+    let outcome = on_device.preserve(&binding, &lattice.rest(), &Preserve::default(), &mut out).unwrap();
+    assert_eq!((outcome.work, outcome.preserved.iterations), (Work::Device, 0));
+    assert_eq!((out.clone(), outcome.preserved.control), (single(&mesh), lattice.rest()));
     let shrunk = |(p, at): (usize, &DVec3)| if p % 8 < 5 { at * 0.8 } else { *at };
     let control: Vec<DVec3> = lattice.rest().iter().enumerate().map(shrunk).collect();
     let frame = [DVec3::new(1.0, 1.0, 0.0), DVec3::new(-1.0, 1.0, 0.0), DVec3::Z];

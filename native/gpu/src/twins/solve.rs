@@ -37,9 +37,13 @@ fn change(frame: &Frame, turn: usize, volume: TwoFloat, before: TwoFloat) -> (f3
     let target = if frame.amount == 1.0 {
         frame.wanted
     } else {
-        let missing = less(frame.wanted, before);
-        add_float(before, frame.amount * (missing[0] + missing[1]))
+        let way = less(frame.wanted, before);
+        add_float(before, frame.amount * (way[0] + way[1]))
     };
+    let missing = less(target, before);
+    if missing[0].abs() <= frame.negligible {
+        return (0.0, false);
+    }
     let ratio = target[0] / before[0];
     if frame.balanced == 1 && (before[0].abs() <= frame.no_volume || ratio <= 0.0) {
         return (0.0, true);
@@ -49,7 +53,6 @@ fn change(frame: &Frame, turn: usize, volume: TwoFloat, before: TwoFloat) -> (f3
     } else if frame.balanced == 1 {
         [before[0] * ratio.powf(turn.done), 0.0]
     } else {
-        let missing = less(target, before);
         add_float(before, turn.done * (missing[0] + missing[1]))
     };
     let left = less(goal, volume);
