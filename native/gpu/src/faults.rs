@@ -5,6 +5,7 @@
 //! - `ISOCHOR_GPU_BUFFER_LIMIT`: bytes that a buffer may have, where the adapter allows more.
 //! - `ISOCHOR_GPU_FAULT=memory`: the next mesh finds the device's memory full.
 //! - `ISOCHOR_GPU_FAULT=lost`: the next frame finds the device lost.
+//! - `ISOCHOR_GPU_FAULT=trust`: software rasterisers pass for graphics cards, so that "auto" has something to choose from.
 
 /// The lowered limit of a buffer's size.
 pub(crate) fn buffer_limit() -> Option<u64> {
