@@ -26,7 +26,9 @@ def test_adapters_are_listed_with_their_kind_and_the_cpu_comes_last():
     assert found[-1].kind == "cpu"
     assert {device.kind for device in found[:-1]} <= {"gpu", "software"}
     assert {device.backend for device in found[:-1]} <= {"vulkan", "metal", "dx12"}
-    assert [device.kind for device in found] == sorted((device.kind for device in found), key=["gpu", "software", "cpu"].index)
+    assert [device.kind for device in found] == sorted(
+        (device.kind for device in found), key=["gpu", "software", "cpu"].index
+    )
 
 
 def test_an_adapter_by_its_name(adapter):

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! One frame: control points in, all turns, vertices out, in one submission. Nothing is made on the device for it.
 
-use std::sync::mpsc;
+use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
 use crate::buffers::{Buffers, TURNS};
@@ -30,8 +30,11 @@ struct Dispatches {
     vertices: [u32; 3],
 }
 
-/// What a frame needs of the device beside the buffers that kernels bind.
+/// Everything that frames of one mesh use, made once.
 pub(crate) struct Frames {
+    device: Arc<Device>,
+    pipelines: Arc<Pipelines>,
+    buffers: Buffers,
     dispatches: Dispatches,
     /// Mapped between frames.
     upload: wgpu::Buffer,
@@ -61,7 +64,10 @@ pub(crate) struct Reading<'a> {
 }
 
 impl Frames {
-    pub(crate) fn new(device: &Device, packed: &Packed<'_>) -> Result<Self> {
+    /// Uploads a packed binding and makes what its frames need.
+    pub(crate) fn new(device: &Arc<Device>, packed: &Packed<'_>) -> Result<Self> {
+        let pipelines = device.pipelines(packed.taps)?;
+        let buffers = Buffers::new(device, &pipelines, packed)?;
         let (points, vertices) = (packed.points(), packed.slot_of_vertex.len());
         let limit = device.device.limits().max_compute_workgroups_per_dimension as usize;
         let columns = packed.taps[1] * packed.taps[2];
@@ -79,6 +85,9 @@ impl Frames {
         };
         use wgpu::BufferUsages as Usage;
         device.scoped(|| Self {
+            device: Arc::clone(device),
+            pipelines,
+            buffers,
             dispatches: Dispatches {
                 tiles,
                 groups,
@@ -110,21 +119,18 @@ impl Frames {
     /// Runs a frame of so many turns and shows `read` what it gave. Not for two threads at once.
     pub(crate) fn run<R>(
         &self,
-        device: &Device,
-        pipelines: &Pipelines,
-        buffers: &Buffers,
         frame: &Frame,
         controls: &[[f32; 4]],
         turns: usize,
         read: impl FnOnce(Reading<'_>) -> R,
     ) -> Result<R> {
         if faults::is_wanted("lost") {
-            device.lose();
+            self.device.lose();
         }
-        device.check()?;
+        self.device.check()?;
         self.send(frame, controls)?;
-        let submission = device.queue.submit([self.encode(device, pipelines, buffers, turns)]);
-        self.wait(device, submission)?;
+        let submission = self.device.queue.submit([self.encode(turns)]);
+        self.wait(submission)?;
         let view = self.readback.slice(..).get_mapped_range().map_err(|cause| lost(&cause))?;
         let result = read(self.reading(&view));
         drop(view);
@@ -142,15 +148,12 @@ impl Frames {
         Ok(())
     }
 
-    fn encode(
-        &self,
-        device: &Device,
-        pipelines: &Pipelines,
-        buffers: &Buffers,
-        turns: usize,
-    ) -> wgpu::CommandBuffer {
-        let mut encoder =
-            device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+    fn encode(&self, turns: usize) -> wgpu::CommandBuffer {
+        let buffers = &self.buffers;
+        let mut encoder = self
+            .device
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let (frame, controls) = (buffers.of(Resource::Frame), buffers.of(Resource::Controls));
         encoder.copy_buffer_to_buffer(&self.upload, 0, frame, 0, frame.size());
         encoder.copy_buffer_to_buffer(&self.upload, HEADER as u64, controls, 0, controls.size());
@@ -163,7 +166,7 @@ impl Frames {
             }),
         });
         let mut dispatch = |kernel, turn, [x, y, z]: [u32; 3]| {
-            pass.set_pipeline(pipelines.of(kernel));
+            pass.set_pipeline(self.pipelines.of(kernel));
             pass.set_bind_group(0, buffers.group(kernel, turn), &[]);
             pass.dispatch_workgroups(x, y, z);
         };
@@ -177,19 +180,19 @@ impl Frames {
         }
         dispatch(Kernel::Write, 0, self.dispatches.vertices);
         drop(pass);
-        self.collect(&mut encoder, buffers);
+        self.collect(&mut encoder);
         encoder.finish()
     }
 
     /// Copies the results side by side into the read-back buffer.
-    fn collect(&self, encoder: &mut wgpu::CommandEncoder, buffers: &Buffers) {
+    fn collect(&self, encoder: &mut wgpu::CommandEncoder) {
         let sections = Sections::new(self.points, self.vertices);
         for (resource, start) in [
             (Resource::Status, sections.status),
             (Resource::Delta, sections.delta),
             (Resource::Moved, sections.moved),
         ] {
-            let buffer = buffers.of(resource);
+            let buffer = self.buffers.of(resource);
             encoder.copy_buffer_to_buffer(buffer, 0, &self.readback, start as u64, buffer.size());
         }
         if let Some(stamps) = &self.stamps {
@@ -199,7 +202,7 @@ impl Frames {
     }
 
     /// Waits for the frame, with both buffers mapped again at the end.
-    fn wait(&self, device: &Device, submission: wgpu::SubmissionIndex) -> Result<()> {
+    fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<()> {
         let (sender, mapped) = mpsc::channel();
         for (buffer, mode) in [(&self.readback, wgpu::MapMode::Read), (&self.upload, wgpu::MapMode::Write)] {
             let sender = sender.clone();
@@ -207,13 +210,31 @@ impl Frames {
             buffer.map_async(mode, .., move |result| drop(sender.send(result)));
         }
         let poll = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(PATIENCE) };
-        let polled = device.device.poll(poll).map_err(|cause| lost(&cause));
-        device.check()?;
+        let polled = self.device.device.poll(poll).map_err(|cause| lost(&cause));
+        self.device.check()?;
         polled?;
         for _ in 0..2 {
             mapped.recv_timeout(PATIENCE).map_err(|cause| lost(&cause))?.map_err(|cause| lost(&cause))?;
         }
         Ok(())
+    }
+
+    /// The bytes of a buffer as the last frame left it.
+    pub(crate) fn inspect(&self, resource: Resource) -> Result<Vec<u8>> {
+        let (buffer, device) = (self.buffers.of(resource), &self.device.device);
+        let copy = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("inspect"),
+            size: buffer.size(),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
+        self.device.queue.submit([encoder.finish()]);
+        copy.map_async(wgpu::MapMode::Read, .., |_| {});
+        device.poll(wgpu::PollType::wait_indefinitely()).map_err(|cause| lost(&cause))?;
+        let view = copy.slice(..).get_mapped_range().map_err(|cause| lost(&cause))?;
+        Ok(view.to_vec())
     }
 
     fn reading<'a>(&self, bytes: &'a [u8]) -> Reading<'a> {

@@ -6,8 +6,7 @@ use std::sync::{Arc, Mutex};
 use isochor_core::{Binding, DMat3, DVec3, Method, Plan, Preserve, Preserved, Scalar};
 use rayon::prelude::*;
 
-use crate::buffers::Buffers;
-use crate::device::{Device, Pipelines, locked};
+use crate::device::{Device, locked};
 use crate::error::{Error, Failure, Result};
 use crate::frames::{Frames, Reading};
 use crate::pack::Packed;
@@ -32,8 +31,6 @@ const NEGLIGIBLE: f64 = TOLERANCE / 4.0;
 /// A binding's fixed data on a device. May be used from several threads; frames of one mesh follow one another.
 pub struct Mesh {
     device: Arc<Device>,
-    pipelines: Arc<Pipelines>,
-    buffers: Buffers,
     frames: Mutex<Frames>,
     unit: f64,
     /// Longest edge of the lattice's domain.
@@ -81,10 +78,8 @@ impl Mesh {
         if packed.slots() == 0 {
             return Err(Error::TooLarge("GPU: the mesh has no vertices; use the CPU".into()));
         }
-        let pipelines = device.pipelines(packed.taps)?;
-        let buffers = Buffers::new(&device, &pipelines, &packed)?;
         let frames = Mutex::new(Frames::new(&device, &packed)?);
-        Ok(Self { device, pipelines, buffers, frames, unit: packed.unit, size: packed.size })
+        Ok(Self { device, frames, unit: packed.unit, size: packed.size })
     }
 
     /// The device.
@@ -217,23 +212,7 @@ impl Mesh {
     /// # Errors
     /// That the device failed.
     pub fn inspect(&self, resource: crate::kernels::Resource) -> Result<Vec<u8>> {
-        let buffer = self.buffers.of(resource);
-        let _frames = locked(&self.frames);
-        let copy = self.device.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("inspect"),
-            size: buffer.size(),
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let mut encoder =
-            self.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
-        self.device.queue.submit([encoder.finish()]);
-        copy.map_async(wgpu::MapMode::Read, .., |_| {});
-        let failed = |cause: &dyn std::fmt::Display| Error::Lost(format!("GPU: {cause}"));
-        self.device.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|cause| failed(&cause))?;
-        let view = copy.slice(..).get_mapped_range().map_err(|cause| failed(&cause))?;
-        Ok(view.to_vec())
+        locked(&self.frames).inspect(resource)
     }
 
     fn run<R>(
@@ -243,7 +222,7 @@ impl Mesh {
         turns: usize,
         read: impl FnOnce(Reading<'_>) -> R,
     ) -> Result<R> {
-        locked(&self.frames).run(&self.device, &self.pipelines, &self.buffers, frame, controls, turns, read)
+        locked(&self.frames).run(frame, controls, turns, read)
     }
 
     fn control(&self, displacement: DVec3, mobility: f64) -> [f32; 4] {
