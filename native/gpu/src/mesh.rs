@@ -35,6 +35,8 @@ pub struct Mesh {
     unit: f64,
     /// Longest edge of the lattice's domain.
     size: f64,
+    /// Whether the lattice leaves a vertex alone, in the order bound.
+    is_still: Vec<bool>,
 }
 
 /// A correction, and what carried it out.
@@ -79,7 +81,7 @@ impl Mesh {
             return Err(Error::TooLarge("GPU: the mesh has no vertices; use the CPU".into()));
         }
         let frames = Mutex::new(Frames::new(&device, &packed)?);
-        Ok(Self { device, frames, unit: packed.unit, size: packed.size })
+        Ok(Self { device, frames, unit: packed.unit, size: packed.size, is_still: packed.is_still() })
     }
 
     /// The device.
@@ -278,12 +280,10 @@ impl Mesh {
 
     /// Adds to every vertex as bound how far it moved, in float64; what does not move comes back bit for bit.
     fn add_moved<T: Scalar>(&self, binding: &Binding<T>, moved: &[[f32; 3]], out: &mut [[T; 3]]) {
-        let layout = binding.layout();
-        let (influence, slots) = (layout.influence(), layout.slot_of_vertex());
         let bound = binding.vertices();
         out.par_iter_mut().enumerate().with_min_len(4096).for_each(|(v, to)| {
             // In a frame of directions, rounding moves even what the lattice leaves alone.
-            let stays = influence[slots[v] as usize] == 0.0;
+            let stays = self.is_still[v];
             for axis in 0..3 {
                 let way = if stays { 0.0 } else { f64::from(moved[v][axis]) * self.unit };
                 to[axis] = T::from_f64(bound[v][axis].to_f64() + way);

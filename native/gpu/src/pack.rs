@@ -3,6 +3,7 @@
 
 use isochor_core::layout::{BLOCK, Run};
 use isochor_core::{Binding, DVec3, Scalar};
+use rayon::prelude::*;
 
 use crate::kernels::GROUP;
 use crate::types::Tile;
@@ -62,25 +63,30 @@ impl<'a> Packed<'a> {
             [edges.x_axis, edges.y_axis, edges.z_axis].map(DVec3::length).into_iter().fold(0.0, f64::max);
         let (centre, unit) = (lattice.centre(), size.log2().ceil().exp2());
         let mut cells = Cells::new(taps, lattice.shape());
-        let mut places = vec![[0.0; 4]; layout.slots()];
+        let slots = layout.slots();
+        let (mut places, mut rest) = (vec![[0.0; 4]; slots], vec![0.0; 3 * slots]);
         for run in layout.runs() {
             cells.add(run);
-            for slot in run.slots() {
-                let [s, t, u] = local_parameter(run, layout.parameter(slot));
-                places[slot] = [s, t, u, layout.influence()[slot] as f32];
-            }
         }
-        let filled = |slot: usize, value: f64, middle: f64| {
-            if layout.is_filled(slot) { ((value - middle) / unit) as f32 } else { 0.0 }
-        };
-        let rest = layout.rest().into_iter().zip(centre.to_array()).flat_map(|(column, middle)| {
-            column.iter().enumerate().map(move |(slot, &value)| filled(slot, value, middle))
-        });
+        let runs: Vec<Run<'_>> = layout.runs().flat_map(|run| run.slots().map(move |_| run)).collect();
+        let placed: Vec<([f32; 4], [f32; 3])> = runs
+            .par_iter()
+            .enumerate()
+            .map(|(slot, &run)| {
+                let Some(place) = layout.place(slot) else { return Default::default() };
+                let [s, t, u] = local_parameter(run, place.parameter);
+                let at = DVec3::from_array(binding.vertices()[place.vertex].map(T::to_f64));
+                ([s, t, u, place.influence as f32], ((at - centre) / unit).as_vec3().to_array())
+            })
+            .collect();
+        for (slot, (place, at)) in placed.into_iter().enumerate() {
+            places[slot] = place;
+            (0..3).for_each(|axis| rest[axis * slots + slot] = at[axis]);
+        }
         let (offsets, steps) = match binding.block_walks() {
             Ok(walks) => (walks.offsets.iter().map(|&start| start as u32).collect(), walks.steps),
             Err(_) => (vec![0; layout.slots() / BLOCK + 1], NO_STEPS),
         };
-        let rest = rest.collect();
         let (tiles, runs) = cells.split(layout.slots());
         let (starts, entries) = entries_of_points(&runs, taps, lattice.shape());
         Self {
@@ -115,6 +121,11 @@ impl<'a> Packed<'a> {
     /// Control points that act on a cell.
     pub fn cell_taps(&self) -> usize {
         self.taps.iter().product()
+    }
+
+    /// Whether the lattice leaves a vertex alone, in the order bound.
+    pub fn is_still(&self) -> Vec<bool> {
+        self.slot_of_vertex.iter().map(|&slot| self.places[slot as usize][3] == 0.0).collect()
     }
 
     /// Groups of the gradient's kernel, each with a share of the volume.

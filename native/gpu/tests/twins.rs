@@ -31,6 +31,7 @@ type Stages = Vec<(&'static str, Vec<f64>)>;
 struct Case {
     name: &'static str,
     binding: Binding<f32>,
+    influence: Vec<f64>,
     control: Vec<DVec3>,
     axis: usize,
 }
@@ -44,8 +45,9 @@ impl Case {
         let mut random = noise(9);
         let mut nudge = || 0.05 * DVec3::new(random(), random(), random());
         let control = lattice.rest().iter().map(|p| *p * DVec3::new(1.1, 0.9, 0.6) + nudge()).collect();
-        let binding = Binding::new(lattice, single, mesh.triangles, Some(influence), Outside::Keep).unwrap();
-        Self { name, binding, control, axis }
+        let binding =
+            Binding::new(lattice, single, mesh.triangles, Some(influence.clone()), Outside::Keep).unwrap();
+        Self { name, binding, influence, control, axis }
     }
 
     fn options(&self) -> Preserve {
@@ -157,9 +159,7 @@ fn the_twins_agree_with_the_float64_core() {
         let of = |name: &str| twins.iter().find(|stage| stage.0 == name).unwrap().1.clone();
 
         let double: Vec<[f64; 3]> = case.binding.vertices().iter().map(|p| p.map(f64::from)).collect();
-        let influence = case.binding.layout();
-        let of_vertex: Vec<f64> =
-            influence.slot_of_vertex().iter().map(|&slot| influence.influence()[slot as usize]).collect();
+        let of_vertex = case.influence.clone();
         let reference = Binding::new(
             case.binding.lattice().clone(),
             double.clone(),
