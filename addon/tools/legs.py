@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The legs of `make test`: each one function from nothing to a Report, raising Unavailable where it cannot run."""
 
+import platform
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -11,6 +12,7 @@ import build_stubs
 import build_wheel
 import environments
 import reports
+import system_packages
 import toolchain
 from reports import Report
 from workspace import BUILD, ROOT, Command, status
@@ -44,6 +46,16 @@ def clippy() -> Report:
 def rust_tests() -> Report:
     command = [toolchain.cargo(), "test", "--locked", "--no-fail-fast"]
     return reports.from_cargo(*reports.echoed(command, {}, LIMIT_S))
+
+
+def gpu_rust_tests() -> Report:
+    command = [toolchain.cargo(), "test", "--locked", "--no-fail-fast", "--package", "isochor-gpu"]
+    return reports.from_cargo(*reports.echoed(command, _gpu_environment(), LIMIT_S))
+
+
+def gpu_tests() -> Report:
+    python = environments.install_wheel("native", build_wheel.wheel())
+    return _pytest([str(python), "-m", "pytest", str(TESTS / "gpu")], "gpu", _gpu_environment())
 
 
 def stubs() -> Report:
@@ -98,6 +110,8 @@ def all_legs() -> list[Leg]:
         Leg("rust", "Rust tests", rust_tests),
         Leg("stubs", "The binding's stubs are the generated ones", stubs),
         Leg("native", "The installed wheel, without Blender", native_tests),
+        Leg("gpu-rust", "Rust tests of the kernels, on a software rasteriser where there is no GPU", gpu_rust_tests),
+        Leg("gpu", "The installed wheel on the same", gpu_tests),
     ]
     for version in blenders.WHEELS:
         title = f"The installed extension in the bpy wheel for Python {version}"
@@ -123,6 +137,13 @@ def _pytest(command: list[str], name: str, env: dict[str, str]) -> Report:
 
 def _noted(report: Report, note: str) -> Report:
     return Report(report.passed, report.failed, report.skipped, note)
+
+
+def _gpu_environment() -> dict[str, str]:
+    """After making sure of a Vulkan driver: what keeps Mesa from writing about a missing desktop session."""
+    if platform.system() == "Linux":
+        system_packages.install(system_packages.GROUPS["vulkan"])
+    return {"NODEVICE_SELECT": "1"}
 
 
 def _clippy_environment() -> dict[str, str]:
