@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// For one axis six times the gradient of the volume at every vertex, scaled by its influence, and each group's share of the
-// volume. The gradient is twice the area that the closed walk of neighbours encloses in the plane across the axis: sum
+// For one axis six times the gradient of the volume at every vertex, and each group's share of the volume. The gradient is twice the area that the closed walk of neighbours encloses in the plane across the axis: sum
 // (p_i - p) (q_i+1 - q_i-1). One thread a slot.
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> index: Index;
 @group(0) @binding(2) var<storage, read> offsets: array<u32>; // Of every block's steps; blocks have 8 slots.
 @group(0) @binding(3) var<storage, read> steps: array<u32>; // 8 neighbours a step, one for each slot of the block.
-@group(0) @binding(4) var<storage, read> places: array<vec4f>;
-@group(0) @binding(5) var<storage, read> state: array<f32>;
-@group(0) @binding(6) var<storage, read_write> pull: array<f32>;
-@group(0) @binding(7) var<storage, read_write> volumes: array<vec2f>;
+@group(0) @binding(4) var<storage, read> state: array<f32>;
+@group(0) @binding(5) var<storage, read_write> pull: array<f32>;
+@group(0) @binding(6) var<storage, read_write> volumes: array<vec2f>;
 
 var<workgroup> parts: array<vec2f, 256>;
 
@@ -45,7 +43,7 @@ fn gradient(
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let slots = arrayLength(&places);
+    let slots = arrayLength(&pull);
     let number = flat_index(group, groups);
     if number >= arrayLength(&volumes) {
         return;
@@ -55,7 +53,7 @@ fn gradient(
     var part = 0.0;
     if slot < slots {
         let six = gradient_at(slot, (axis + 1u) % 3u * slots, (axis + 2u) % 3u * slots);
-        pull[slot] = six * places[slot].w;
+        pull[slot] = six;
         part = (state[axis * slots + slot] - frame.middle[axis]) * six;
     }
     parts[lane] = vec2f(part, 0.0);

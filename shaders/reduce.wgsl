@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// sum B pull over the vertices of a run, for each of its cell's control points: a small dense product. A thread owns the
+// sum influence * B * pull over the vertices of a run, for each of its cell's control points: a small dense product. A thread owns the
 // control points of one (v, w) and sums every GROUPS-th vertex; the groups are then added in their order. Runs go along the
 // first two dimensions of the dispatch; the cell's (v, w) go along the third where there are more than 256.
 
@@ -25,7 +25,7 @@ fn stage_weights(run: Tile, batch: u32, lane: u32) {
         return;
     }
     let place = places[slot];
-    let own = pull[slot];
+    let own = place.w * pull[slot];
     let wu = basis(run.knots_u, TAPS_U, place.x);
     for (var i = 0u; i < TAPS_U; i++) {
         weights[lane * WEIGHTS + i] = own * wu[i];

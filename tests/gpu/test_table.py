@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bouncing ball's correctness table on the GPU: 1e-6 relative volume with float32 vertices, whatever the lattice, the
-shares and the loss, measured here in float64; and float64 vertices to the rounding of float64.
+"""The bouncing ball's correctness table on the GPU: 1e-6 relative volume with float32 vertices, whatever the lattice,
+the shares and the loss, measured here in float64; and float64 vertices to the rounding of float64.
 """
 
 from functools import cache

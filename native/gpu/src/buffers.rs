@@ -61,6 +61,11 @@ impl Buffers {
         &self.buffers[&resource]
     }
 
+    /// Bytes of all buffers together.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.buffers.values().map(wgpu::Buffer::size).sum()
+    }
+
     pub(crate) fn group(&self, kernel: Kernel, turn: usize) -> &wgpu::BindGroup {
         &self.groups[&kernel][turn]
     }

@@ -219,6 +219,11 @@ impl Frames {
         Ok(())
     }
 
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.buffers.bytes() + self.upload.size() + self.readback.size()
+    }
+
     /// The bytes of a buffer as the last frame left it.
     pub(crate) fn inspect(&self, resource: Resource) -> Result<Vec<u8>> {
         let (buffer, device) = (self.buffers.of(resource), &self.device.device);

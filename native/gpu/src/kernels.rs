@@ -48,7 +48,7 @@ resources! {
     Offsets = "offsets",
     /// Closed walks of neighbours.
     Steps = "steps",
-    /// Six times the gradient of the volume, scaled by the influence.
+    /// Six times the gradient of the volume at every slot.
     Pull = "pull",
     /// Six times each group's share of the volume, as two-floats.
     Volumes = "volumes",
@@ -115,7 +115,7 @@ kernels! {
     /// The deformation.
     Deform = deform includes [BASIS] binds [Frame, Tiles, Knots, Places, Rest, Controls, State],
     /// The gradient of the volume, and the volume.
-    Gradient = gradient includes [TWO_FLOAT] binds [Frame, Index, Offsets, Steps, Places, State, Pull, Volumes],
+    Gradient = gradient includes [TWO_FLOAT] binds [Frame, Index, Offsets, Steps, State, Pull, Volumes],
     /// Each run's share of the coefficients.
     Reduce = reduce includes [BASIS] binds [Runs, Knots, Places, Pull, Partials],
     /// The coefficients.

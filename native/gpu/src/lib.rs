@@ -34,6 +34,7 @@
 //! Flat axes and volumes without a ratio are rare and left to the CPU, in the same call ([`Work::Cpu`]).
 
 mod adapters;
+mod bandwidth;
 mod buffers;
 mod device;
 mod error;

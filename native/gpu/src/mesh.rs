@@ -89,6 +89,11 @@ impl Mesh {
         &self.device
     }
 
+    /// Bytes that the mesh takes on the device.
+    pub fn bytes(&self) -> u64 {
+        locked(&self.frames).bytes()
+    }
+
     /// Deforms as [`Binding::deform`] does, with float32's accuracy: about 1e-6 of the lattice's size. `binding` must be the
     /// one uploaded. Returns the seconds that the kernels took, where the device keeps time.
     ///

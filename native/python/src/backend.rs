@@ -97,6 +97,14 @@ impl Backend {
         }
     }
 
+    /// Bytes that the binding takes on a GPU; 0 where it is not there.
+    pub(crate) fn bytes(&self) -> u64 {
+        match &*self.state() {
+            State::Gpu(mesh) | State::Warm(_, mesh) => mesh.bytes(),
+            _ => 0,
+        }
+    }
+
     /// Deforms; returns a warning where the CPU took over. float64 vertices are the CPU's: float32 is not enough for them.
     pub(crate) fn deform<T: Scalar>(
         &self,

@@ -212,6 +212,12 @@ impl Binding {
         py.detach(|| self.backend.name())
     }
 
+    /// Bytes that the binding takes in the memory of a GPU: 0 on the CPU, and before the first call.
+    #[getter]
+    fn device_bytes(&self, py: Python<'_>) -> u64 {
+        py.detach(|| self.backend.bytes())
+    }
+
     /// Deforms and corrects the control points so that the volume is the target, exactly: Problem 1 of the volume paper,
     /// equations (13)-(17).
     ///

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! What can compute.
 
-use isochor_gpu::{Adapter, Kind};
+use isochor_gpu::{Adapter, Choice, Kind};
 use pyo3::prelude::*;
+
+use crate::errors::DeviceError;
 
 /// Something that isochor can compute on.
 ///
@@ -36,6 +38,14 @@ pub(crate) fn devices(py: Python<'_>) -> Vec<Device> {
     let mut devices: Vec<Device> = adapters.into_iter().map(Device::from).collect();
     devices.push(Device { name: cpu_name(), kind: "cpu".into(), backend: "rayon".into() });
     devices
+}
+
+/// Bytes per second that the adapter of this name copies within its own memory: for benchmarks, to compare with. Raises
+/// DeviceError.
+#[pyfunction]
+pub(crate) fn copy_bandwidth(py: Python<'_>, name: &str) -> PyResult<f64> {
+    let measured = py.detach(|| isochor_gpu::Device::open(Choice::Named(name))?.copy_bandwidth());
+    measured.map_err(|cause| DeviceError::new_err(cause.to_string()))
 }
 
 /// What the CPU is called here.

@@ -18,6 +18,8 @@ mod _native {
     #[pymodule_export]
     use super::device::Device;
     #[pymodule_export]
+    use super::device::copy_bandwidth;
+    #[pymodule_export]
     use super::device::devices;
     #[pymodule_export]
     use super::lattice::Lattice;

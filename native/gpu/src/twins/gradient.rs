@@ -9,7 +9,7 @@ use crate::kernels::GROUP;
 use crate::pack::Packed;
 use crate::types::Frame;
 
-/// Six times the gradient along the turn's axis, scaled by the influence, and the volume's share of each group.
+/// Six times the gradient along the turn's axis, and the volume's share of each group.
 pub fn gradient(packed: &Packed<'_>, frame: &Frame, turn: usize, state: &[f32]) -> (Vec<f32>, Vec<TwoFloat>) {
     let slots = packed.slots();
     let axis = frame.turns[turn].axis as usize;
@@ -22,7 +22,7 @@ pub fn gradient(packed: &Packed<'_>, frame: &Frame, turn: usize, state: &[f32]) 
             let slot = group * GROUP + lane;
             if slot < slots {
                 let six = gradient_at(packed, slot, column(axis + 1), column(axis + 2));
-                pull[slot] = six * packed.places[slot][3];
+                pull[slot] = six;
                 *part = [(column(axis)[slot] - frame.middle[axis]) * six, 0.0];
             }
         }

@@ -9,7 +9,7 @@ use crate::types::Tile;
 /// Floats of workgroup memory for the basis functions of a batch of vertices.
 const BATCH_FLOATS: usize = 3072;
 
-/// `sum B pull` over each run, for each of its taps.
+/// `sum influence * B * pull` over each run, for each of its taps.
 pub fn reduce(packed: &Packed<'_>, pull: &[f32]) -> Vec<f32> {
     packed.runs.iter().flat_map(|run| of_run(packed, run, pull)).collect()
 }
@@ -23,11 +23,12 @@ fn of_run(packed: &Packed<'_>, run: &Tile, pull: &[f32]) -> Vec<f32> {
     for local in 0..run.slots as usize {
         let slot = run.first_slot as usize + local;
         let [wu, wv, ww] = weights(packed, run, slot);
+        let own = packed.places[slot][3] * pull[slot];
         let sums = &mut sums[local % batch % groups];
         for column in 0..columns {
             let across = wv[column / nw] * ww[column % nw];
             for i in 0..nu {
-                sums[i * columns + column] += pull[slot] * wu[i] * across;
+                sums[i * columns + column] += own * wu[i] * across;
             }
         }
     }

@@ -10,7 +10,7 @@ from typing import Final, Literal, SupportsFloat, SupportsIndex, final
 from numpy import float32, float64
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["__version__", "Binding", "Device", "Lattice", "Preserved", "devices"]
+__all__ = ["__version__", "Binding", "Device", "Lattice", "Preserved", "copy_bandwidth", "devices"]
 
 __version__: Final[str]
 
@@ -30,6 +30,11 @@ class Binding:
         """
         What computes the next call, as far as is known: "cpu" or "gpu". With device="auto" that is "cpu" until a GPU was
         measured to be faster.
+        """
+    @property
+    def device_bytes(self, /) -> int:
+        """
+        Bytes that the binding takes in the memory of a GPU: 0 on the CPU, and before the first call.
         """
     @property
     def device_name(self, /) -> str:
@@ -273,6 +278,12 @@ class Preserved:
         """
         Signed volume of `vertices`, measured in float64 when asked for.
         """
+
+def copy_bandwidth(name: str) -> float:
+    """
+    Bytes per second that the adapter of this name copies within its own memory: for benchmarks, to compare with. Raises
+    DeviceError.
+    """
 
 def devices() -> list[Device]:
     """
