@@ -29,14 +29,14 @@ class PaperOnGpu:
     @classmethod
     def of(cls, spec: Spec, vertices: NDArray, triangles: NDArray) -> PaperOnGpu:
         paper = Paper.of(spec, vertices.astype(np.float64), triangles)
+        cupy.get_default_memory_pool().free_all_blocks()
         matrices = [sparse.csr_matrix(matrix.astype(np.float32)) for matrix in (paper.weights, paper.faces)]
         return cls(*matrices, cupy.asarray(triangles))
 
     @property
     def bytes(self) -> int:
-        matrices = (self.weights, self.faces)
-        parts = [part for matrix in matrices for part in (matrix.data, matrix.indices, matrix.indptr)]
-        return sum(part.nbytes for part in [*parts, self.triangles])
+        """All that CuPy took for it so far: matrices, triangles, vertices and what the products pass through."""
+        return int(cupy.get_default_memory_pool().total_bytes())
 
     def determinants(self, vertices: Any, axis: int) -> Any:
         """(F,): the determinant of equation (10), (11) or (12)."""

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! What this machine offers.
 
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use crate::error::{Error, Result};
 use crate::faults;
@@ -26,9 +26,14 @@ pub struct Adapter {
     pub backend: &'static str,
 }
 
-/// Whether an adapter has this name.
+/// Whether an adapter has, or had, this name. Asks the drivers only about new names.
 pub fn is_adapter(name: &str) -> bool {
-    adapters().iter().any(|adapter| adapter.name == name)
+    static KNOWN: Mutex<Vec<String>> = Mutex::new(Vec::new());
+    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if !known.iter().any(|other| other == name) {
+        *known = adapters().into_iter().map(|adapter| adapter.name).collect();
+    }
+    known.iter().any(|other| other == name)
 }
 
 /// Which adapter to take.

@@ -219,9 +219,9 @@ impl Frames {
         Ok(())
     }
 
-    /// Bytes on the device.
+    /// Bytes on the device; what is mapped for the CPU lies in its memory.
     pub(crate) fn bytes(&self) -> u64 {
-        self.buffers.bytes() + self.upload.size() + self.readback.size()
+        self.buffers.bytes()
     }
 
     /// The bytes of a buffer as the last frame left it.
