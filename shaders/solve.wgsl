@@ -70,9 +70,10 @@ fn solve(@builtin(local_invocation_index) lane: u32) {
     }
     if lane == 0u {
         let found = change(volume_parts[0]);
-        let flat_axis = sqrt(steep_parts[0].x) <= frame.flat_axis;
+        // Where nothing is to change, it does not matter that nothing can.
+        let flat_axis = sqrt(steep_parts[0].x) <= frame.flat_axis && found.x != 0.0;
         factor = 0.0;
-        if !flat_axis {
+        if !flat_axis && found.x != 0.0 {
             factor = found.x / steep_parts[0].x;
         }
         status[index.turn] = Status(volume_parts[0], steep_parts[0].x, select(u32(found.y), 1u, flat_axis));

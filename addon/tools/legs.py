@@ -95,7 +95,8 @@ def blender_tests(blender: blenders.Blender) -> Report:
     """The tests inside a Blender in which the built zip is installed."""
     script = TESTS / "blender" / "run_in_blender.py"
     command = blender.command(script, "--zip", build_extension.extension())
-    report = _pytest(command, blender.name.replace(" ", "-"), blender.isolation("test"))
+    env = blender.isolation("test") | _gpu_environment()
+    report = _pytest(command, blender.name.replace(" ", "-"), env)
     return _noted(report, blender.name) if not report.note else report
 
 

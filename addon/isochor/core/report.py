@@ -39,7 +39,7 @@ class Report:
     @property
     def device_name(self) -> str:
         """The same by its own name."""
-        return self.binding.device_name if self.device == "gpu" and self.binding is not None else self.device.upper()
+        return self.binding.device_name if self.device == "gpu" and self.binding is not None else self.device
 
     @cached_property
     def volumes(self) -> Volumes | None:

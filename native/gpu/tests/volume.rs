@@ -277,3 +277,18 @@ fn large_lattices_and_high_degrees_run() {
         assert!(error <= TOLERANCE, "{shape:?}: {error:e}");
     }
 }
+
+#[test]
+fn what_needs_no_correction_is_not_left_to_the_cpu_though_nothing_may_move() {
+    let Some(device) = device::device() else { return };
+    let mesh = bumpy_ball(3);
+    let axes = std::array::from_fn(|_| AxisBasis::uniform(6, 3).unwrap());
+    // The ball sticks out of every face, so the three layers at each are held: all six.
+    let lattice = Lattice::around(axes, &[DVec3::splat(-0.6), DVec3::splat(0.6)], 0.0).unwrap();
+    let binding = bind(&lattice, &mesh);
+    let on_device = Mesh::new(device, &binding).unwrap();
+    let mut out = single(&mesh);
+    let outcome = on_device.preserve(&binding, &lattice.rest(), &Preserve::default(), &mut out).unwrap();
+    assert_eq!((outcome.work, outcome.preserved.iterations), (Work::Device, 0));
+    assert_eq!(out, single(&mesh));
+}

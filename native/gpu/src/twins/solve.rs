@@ -24,8 +24,8 @@ pub fn solve(
         own.fold([0.0; 2], |sum, (c, control)| add_float(sum, c[0] * c[0] * control[3]))
     });
     let (change, left_to_cpu) = change(frame, turn, volume, before.unwrap_or(volume));
-    let flat = steep[0].sqrt() <= frame.flat_axis;
-    let factor = if flat { 0.0 } else { change / steep[0] };
+    let flat = steep[0].sqrt() <= frame.flat_axis && change != 0.0;
+    let factor = if flat || change == 0.0 { 0.0 } else { change / steep[0] };
     let delta = coefficients.iter().zip(controls).map(|(c, control)| factor * c[0] * control[3]).collect();
     (delta, Status { volume, steep: steep[0], left_to_cpu: u32::from(flat || left_to_cpu) })
 }
