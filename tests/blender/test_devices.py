@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The preference of a device: the same picture on each, changed mid-session, and the CPU where there is no GPU."""
 
+import os
 from collections.abc import Iterator
 
 import bpy
@@ -38,6 +39,10 @@ def frames(ball: bpy.types.Object) -> list[np.ndarray]:
 
 def used(ball: bpy.types.Object, modifier: bpy.types.NodesModifier) -> str:
     return scenes.report(ball, modifier).device
+
+
+def test_there_is_an_adapter_where_one_was_promised():
+    assert HAS_GPU or "ISOCHOR_GPU_EXPECTED" not in os.environ, "the tests of the GPU in Blender would test the CPU"
 
 
 def test_auto_is_the_default_and_small_meshes_stay_on_the_cpu(preferences):
