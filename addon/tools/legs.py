@@ -140,7 +140,7 @@ def _noted(report: Report, note: str) -> Report:
 
 
 def _gpu_environment() -> dict[str, str]:
-    """Makes sure of a Vulkan driver; the tests may then expect one, and Mesa is not to write about a missing desktop."""
+    """Makes sure of a Vulkan driver; tests may then expect one, and Mesa is not to write about a missing desktop."""
     if platform.system() == "Linux":
         system_packages.install(system_packages.GROUPS["vulkan"])
     return {"ISOCHOR_GPU_EXPECTED": "1", "NODEVICE_SELECT": "1"}

@@ -223,7 +223,10 @@ impl<T: Scalar> Binding<T> {
     }
 
     /// `control - rest`, after checking that `control` fits the lattice and the type of the vertices.
-    pub(crate) fn displacement(&self, control: &[DVec3]) -> Result<Vec<DVec3>> {
+    ///
+    /// # Errors
+    /// [`Error::Lattice`] for a wrong number of control points, and for coordinates not finite or too large.
+    pub fn displacement(&self, control: &[DVec3]) -> Result<Vec<DVec3>> {
         let displacement = self.lattice.displacement(control)?;
         let largest = control.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
         if largest > T::LARGEST {

@@ -27,14 +27,6 @@ pub struct Plan {
 }
 
 impl<T: Scalar> Binding<T> {
-    /// `control - rest`, `k` fastest.
-    ///
-    /// # Errors
-    /// [`crate::Error::Lattice`] for a wrong number of control points or non-finite ones.
-    pub fn displacement(&self, control: &[DVec3]) -> Result<Vec<DVec3>> {
-        self.lattice().displacement(control)
-    }
-
     /// Checks `control` and `options` as [`Binding::preserve`] does, and prepares the correction.
     ///
     /// # Errors
@@ -45,7 +37,7 @@ impl<T: Scalar> Binding<T> {
             shares: normalised_shares(options.axes)?,
             mobility: self.mobility(options.weights.as_deref())?,
             wanted: self.wanted_volume(options)?,
-            displacement: self.lattice().displacement(control)?,
+            displacement: self.displacement(control)?,
             determinant: frame.determinant,
             middle: frame.coordinates(control.iter().sum::<DVec3>() / control.len() as f64),
             frame,
