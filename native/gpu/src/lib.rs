@@ -20,18 +20,31 @@
 //!
 //! The kernels compute in float32, on coordinates relative to the lattice's centre. Sums that decide the volume carry their
 //! rounding error along (two-floats), so what is left is the rounding of single terms: about 1e-7 of each, at random, which
-//! averages out over the vertices. The volume that a frame aims at is met to a few 1e-7 on ordinary meshes.
+//! averages out over the vertices. The volume that a frame aims at is met to a few 1e-8 on ordinary meshes, to 1e-6 where a
+//! lattice of degree 20 pulls a thousand vertices about.
 //!
 //! - *float32 vertices*: the volume of the vertices as returned is measured in float64 on the CPU. Where it is off by more
-//!   than 1e-6 ([`TOLERANCE`]) - thin sheets, far offsets - one exact step in float64 along the last axis follows on the CPU.
-//!   So the error is at most 1e-6, or what rounding exact vertices to float32 makes of it: `4 epsilon A R / |V|` (area,
-//!   largest coordinate about the centre), which no float32 vertices can beat.
+//!   than 1e-6 ([`TOLERANCE`]) - thin sheets, far offsets - one closing step along the last axis follows on the CPU, with sums in
+//!   float64. So the error is at most 1e-6, or what [`isochor_core::Binding::preserve`] guarantees where that is more: about
+//!   `4 epsilon A R / |V|` (area, largest coordinate about the centre), which no float32 vertices can beat.
 //! - *float64 vertices*: the closing step always follows, and with it the guarantee of [`isochor_core::Binding::preserve`];
-//!   the shape of the correction is the device's, to float32.
+//!   the shape of the correction is the device's, to float32. [`Mesh::deform`] gives them no more than float32's accuracy.
+//! - *what needs no correction*: a volume within a quarter of 1e-6 of the target stays as it is, so a lattice at rest moves
+//!   nothing.
 //! - *control points*: those asked for plus the device's steps; coordinates along axes without a share keep every bit.
 //! - *vertices without influence*, and all vertices where nothing moves, keep every bit.
 //!
 //! Flat axes and volumes without a ratio are rare and left to the CPU, in the same call ([`Work::Cpu`]).
+//!
+//! # What a frame costs
+//!
+//! Counted in `BENCHMARKS.md`. Everything is made when a binding is uploaded; a frame writes the control points into a mapped
+//! buffer, submits once and waits for the results.
+//!
+//! # Faults on demand
+//!
+//! `ISOCHOR_GPU_BUFFER_LIMIT` (bytes) and `ISOCHOR_GPU_FAULT` (`memory`, `lost`, `trust`) make a machine in order fail, for tests: see
+//! `faults.rs`.
 
 mod adapters;
 mod bandwidth;

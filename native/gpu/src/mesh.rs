@@ -57,7 +57,7 @@ pub enum Work {
     Device,
     /// On the device, with a closing step in float64 on the CPU.
     DeviceAndClosing,
-    /// On the CPU: an axis was flat, or the volumes have no ratio.
+    /// On the CPU: an axis was flat, the volumes have no ratio, or float64 vertices lack less than float32 can tell.
     Cpu,
 }
 
@@ -162,6 +162,10 @@ impl Mesh {
         let preserved = corrected(control, options, &plan, &found, before);
         if !is_double::<T>() && is_close(binding, &preserved, out)? {
             return Ok(Outcome { preserved, work: Work::Device, seconds: found.seconds });
+        }
+        if preserved.iterations == 0 {
+            // Nothing that float32 could tell: what is left, if anything, is float64's.
+            return on_cpu(out);
         }
         let last = found.steps.last().map_or(0, |(axis, _)| *axis);
         match close(binding, options, preserved, last, out) {
