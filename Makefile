@@ -6,13 +6,14 @@ PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3
 	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
 TOOL = $(if $(PYTHON),$(PYTHON) addon/tools,$(error Python 3.11 or newer is needed: none was found on PATH))
 
-.PHONY: help demo extension wheel stubs test format bench clean distclean
+.PHONY: help demo extension wheel stubs test format bench bench-gpu clean distclean
 
 help:
 	@echo 'make demo        build everything and render the bouncing ball into out/bouncing-ball/'
 	@echo 'make extension   build the installable zip dist/isochor-<version>-<platform>.zip'
 	@echo 'make test        run every test there is; make test LEGS="rust native" runs some'
 	@echo 'make bench       measure against the volume paper and against Blender'"'"'s own Lattice modifier'
+	@echo 'make bench-gpu   measure on a graphics card, into native/gpu/BENCHMARKS.md'
 	@echo 'make wheel       build the Python wheel of the native library into .build/wheels/'
 	@echo 'make stubs       write the type stubs of the native library anew'
 	@echo 'make format      format the Rust and Python code'
@@ -36,6 +37,9 @@ test:
 
 bench:
 	@$(TOOL)/run_benchmarks.py
+
+bench-gpu:
+	@$(TOOL)/run_benchmarks.py --gpu
 
 format:
 	@$(TOOL)/format_code.py

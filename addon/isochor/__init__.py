@@ -2,9 +2,9 @@
 """Isochor: a lattice modifier that keeps the volume."""
 
 from .tool import handlers
-from .ui import menus, operators, sidebar
+from .ui import menus, operators, preferences, sidebar
 
-PARTS = (handlers, operators, menus, sidebar)
+PARTS = (preferences, handlers, operators, menus, sidebar)
 
 
 def register() -> None:

@@ -35,6 +35,8 @@ ENVIRONMENTS = {
     "tools": Environment(None, ("maturin==1.16.0", "ziglang==0.15.2", "ruff==0.17.6", "mypy==2.4.1", "numpy")),
     # The wheel itself is installed here by the tests and benchmarks.
     "native": Environment(None, ("numpy", *TESTING)),
+    # CuPy, which fits one version of CUDA, is added by hand: its baseline is measured where it is there.
+    "gpu-bench": Environment(None, ("numpy", "scipy", "matplotlib")),
     # Draws the demo's pictures where the Blender found brings its own Python without them.
     "pictures": Environment(None, ("numpy", *PICTURES)),
     "3.13": Environment("3.13", ("bpy==5.2.3", *TESTING, *PICTURES), system="bpy"),

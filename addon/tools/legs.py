@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The legs of `make test`: each one function from nothing to a Report, raising Unavailable where it cannot run."""
 
+import platform
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -11,6 +12,7 @@ import build_stubs
 import build_wheel
 import environments
 import reports
+import system_packages
 import toolchain
 from reports import Report
 from workspace import BUILD, ROOT, Command, status
@@ -46,6 +48,16 @@ def rust_tests() -> Report:
     return reports.from_cargo(*reports.echoed(command, {}, LIMIT_S))
 
 
+def gpu_rust_tests() -> Report:
+    command = [toolchain.cargo(), "test", "--locked", "--no-fail-fast", "--package", "isochor-gpu"]
+    return reports.from_cargo(*reports.echoed(command, _gpu_environment(), LIMIT_S))
+
+
+def gpu_tests() -> Report:
+    python = environments.install_wheel("native", build_wheel.wheel())
+    return _pytest([str(python), "-m", "pytest", str(TESTS / "gpu")], "gpu", _gpu_environment())
+
+
 def stubs() -> Report:
     changes = build_stubs.difference(build_stubs.generated())
     print(changes or f"{build_stubs.COMMITTED.relative_to(ROOT)} is what the binding gives", flush=True)
@@ -79,11 +91,11 @@ def native_tests() -> Report:
     return _pytest([str(python), "-m", "pytest", str(TESTS / "native")], "native", {})
 
 
-def blender_tests(blender: blenders.Blender) -> Report:
+def blender_tests(blender: blenders.Blender, env: dict[str, str]) -> Report:
     """The tests inside a Blender in which the built zip is installed."""
     script = TESTS / "blender" / "run_in_blender.py"
     command = blender.command(script, "--zip", build_extension.extension())
-    report = _pytest(command, blender.name.replace(" ", "-"), blender.isolation("test"))
+    report = _pytest(command, blender.name.replace(" ", "-"), blender.isolation("test") | env)
     return _noted(report, blender.name) if not report.note else report
 
 
@@ -98,6 +110,8 @@ def all_legs() -> list[Leg]:
         Leg("rust", "Rust tests", rust_tests),
         Leg("stubs", "The binding's stubs are the generated ones", stubs),
         Leg("native", "The installed wheel, without Blender", native_tests),
+        Leg("gpu-rust", "Rust tests of the kernels, on a software rasteriser where there is no GPU", gpu_rust_tests),
+        Leg("gpu", "The installed wheel on the same", gpu_tests),
     ]
     for version in blenders.WHEELS:
         title = f"The installed extension in the bpy wheel for Python {version}"
@@ -107,11 +121,11 @@ def all_legs() -> list[Leg]:
 
 
 def _bpy_wheel(version: str) -> Report:
-    return blender_tests(blenders.wheel(version))
+    return blender_tests(blenders.wheel(version), _gpu_environment())
 
 
 def _real_blender() -> Report:
-    return blender_tests(blenders.in_root())
+    return blender_tests(blenders.in_root(), {})
 
 
 def _pytest(command: list[str], name: str, env: dict[str, str]) -> Report:
@@ -123,6 +137,13 @@ def _pytest(command: list[str], name: str, env: dict[str, str]) -> Report:
 
 def _noted(report: Report, note: str) -> Report:
     return Report(report.passed, report.failed, report.skipped, note)
+
+
+def _gpu_environment() -> dict[str, str]:
+    """Makes sure of a Vulkan driver; tests may then expect one, and Mesa is not to write about a missing desktop."""
+    if platform.system() == "Linux":
+        system_packages.install(system_packages.GROUPS["vulkan"])
+    return {"ISOCHOR_GPU_EXPECTED": "1", "NODEVICE_SELECT": "1"}
 
 
 def _clippy_environment() -> dict[str, str]:

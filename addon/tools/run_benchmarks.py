@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Runs the benchmarks: of the wheel against the paper's own formulation, and of a frame in Blender.
 
-Use: python run_benchmarks.py.
+Use: python run_benchmarks.py, or with --gpu those of the GPU alone; what follows --gpu goes to gpu_bench.py.
 """
+
+import sys
 
 import blenders
 import build_extension
@@ -24,5 +26,11 @@ def main() -> None:
         fail("a benchmark missed its target: see its table above")
 
 
+def gpu(arguments: list[str]) -> None:
+    python = environments.install_wheel("gpu-bench", build_wheel.wheel())
+    if status([python, PLACE / "gpu_bench.py", *arguments]):
+        fail("the GPU's benchmark did not run, or missed a target: see above")
+
+
 if __name__ == "__main__":
-    as_program(main)
+    as_program(lambda: gpu(sys.argv[2:]) if sys.argv[1:2] == ["--gpu"] else main())

@@ -14,7 +14,8 @@ from workspace import BUILD, Command, Unavailable, as_program, fail, logged_stat
 BPY = "libgl1 libice6 libsm6 libx11-6 libxext6 libxfixes3 libxi6 libxrender1 libxkbcommon0 libegl1".split()
 GROUPS: dict[str, list[str]] = {
     "bpy": BPY,
-    "vulkan": ["mesa-vulkan-drivers"],
+    # A software rasteriser, lavapipe, and the loader that finds it.
+    "vulkan": ["mesa-vulkan-drivers", "libvulkan1"],
     "blender-root": ["debootstrap", "debian-archive-keyring", "util-linux", "mount"],
     "compiler": ["gcc", "libc6-dev"],
 }

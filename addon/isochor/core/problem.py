@@ -71,6 +71,11 @@ def linked(name: str) -> str:
     )
 
 
+def no_device(name: str) -> str:
+    """The preferences name an adapter that this machine does not have."""
+    return f"There is no adapter “{name}” here, so the CPU computes: choose another in the extension's preferences."
+
+
 def sentence(error: Exception) -> str:
     """What an error of the native library says, as a sentence of its own."""
     text = str(error)

@@ -36,6 +36,11 @@ class Report:
         """What computed the correction; empty where there was none."""
         return str(self.result.device) if self.result is not None else ""
 
+    @property
+    def device_name(self) -> str:
+        """The same by its own name."""
+        return self.binding.device_name if self.device == "gpu" and self.binding is not None else self.device
+
     @cached_property
     def volumes(self) -> Volumes | None:
         """None where no volume was corrected."""

@@ -30,7 +30,8 @@ class Request:
     ``positions`` (V, 3) float32; ``influence`` (V,) float32 in [0, 1] or None for 1 everywhere; ``triangles``
     (F, 3) int32, the very same array as in the frame before where the faces have not changed, or None with the reason
     in ``no_triangles``; ``control`` (nu, nv, nw, 3) float64; ``frame`` (3, 3) rows or None; ``rest_volume`` is the
-    volume that entered when the modifier was added, or None where that is not known.
+    volume that entered when the modifier was added, or None where that is not known. ``device`` is what should
+    compute: "auto", "gpu", "cpu" or the name of an adapter.
     """
 
     positions: Vertices = field(repr=False)
@@ -42,14 +43,15 @@ class Request:
     frame: NDArray[np.float64] | None
     rest_volume: float | None
     settings: Settings
+    device: str = "auto"
 
     def same_as(self, other: "Request | None") -> bool:
         """Whether the two ask for the same thing, so that the answer is known."""
         return (
             other is not None
             and self.triangles is other.triangles
-            and (self.no_triangles, self.rest_volume, self.settings)
-            == (other.no_triangles, other.rest_volume, other.settings)
+            and (self.no_triangles, self.rest_volume, self.settings, self.device)
+            == (other.no_triangles, other.rest_volume, other.settings, other.device)
             and self.grid.same_as(other.grid)
             and np.array_equal(self.control, other.control)
             and same_array(self.frame, other.frame)
@@ -73,6 +75,7 @@ class Solver:
         self._binding: isochor.Binding | None = None
         self._lattice: isochor.Lattice | None = None
         self._bound: Request | None = None
+        self._no_device = ""
         self._answered: Request | None = None
         self._outcome: Outcome | None = None
 
@@ -111,14 +114,15 @@ class Solver:
         except isochor.Error as error:
             self._forget()
             return Outcome(None, Report(problems=(problem.sentence(error),)))
-        report = Report(binding=binding, asked=request.control)
+        problems = (self._no_device,) if self._no_device else ()
+        report = Report(binding=binding, asked=request.control, problems=problems)
         if request.settings.preserve <= 0.0:
             return Outcome(binding.deform(request.control), report)
         try:
             report.result = self._preserve(binding, request)
             return Outcome(report.result.vertices, report)
         except isochor.Error as error:
-            report.problems = (request.no_triangles or problem.sentence(error),)
+            report.problems = (*problems, request.no_triangles or problem.sentence(error))
             return Outcome(binding.deform(request.control), report)
 
     def _preserve(self, binding: isochor.Binding, request: Request) -> isochor.Preserved:
@@ -141,22 +145,37 @@ class Solver:
         before = self._bound
         if self._binding is None or before is None or not self._same_mesh(request, before):
             self._lattice = build_lattice(request.grid)
-            self._binding = self._lattice.bind(
-                request.positions,
-                request.triangles,
-                outside=OUTSIDES[request.settings.outside],
-                influence=request.influence,
-            )
+            self._binding = self._bind_anew(self._lattice, request)
         else:
             self._update(self._binding, request, before)
         self._bound = request
         return self._binding
+
+    def _bind_anew(self, lattice: isochor.Lattice, request: Request) -> isochor.Binding:
+        """Binds to the device asked for, or where this machine does not have it to the CPU."""
+
+        def bind(device: str) -> isochor.Binding:
+            return lattice.bind(
+                request.positions,
+                request.triangles,
+                device=device,
+                outside=OUTSIDES[request.settings.outside],
+                influence=request.influence,
+            )
+
+        self._no_device = ""
+        try:
+            return bind(request.device)
+        except isochor.UnknownDeviceError:
+            self._no_device = problem.no_device(request.device)
+            return bind("cpu")
 
     def _same_mesh(self, request: Request, before: Request) -> bool:
         return (
             request.triangles is before.triangles
             and len(request.positions) == len(before.positions)
             and request.settings.outside == before.settings.outside
+            and request.device == before.device
             and (request.influence is None) == (before.influence is None)
         )
 

@@ -43,6 +43,13 @@ def file_loaded(*_arguments: object) -> None:
     node_group.rebuild_foreign()
 
 
+def recompute() -> None:
+    """Has every object of ours evaluated anew, with nothing remembered."""
+    state.clear()
+    for obj in stack.users(node_group.all_groups()):
+        obj.update_tag(refresh={"DATA"})
+
+
 HANDLERS = (
     ("frame_change_post", frame_changed),
     ("depsgraph_update_post", depsgraph_updated),

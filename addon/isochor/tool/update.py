@@ -12,7 +12,7 @@ from ..core import grid, problem
 from ..core.report import Report
 from ..core.settings import Settings
 from ..core.solver import Outcome, Request, Solver, Vertices
-from . import evaluated, node_group, results, sockets, stack
+from . import device, evaluated, node_group, results, sockets, stack
 
 Key = tuple[int, int, str]
 """Session identifier of the object, identifier of the modifier in it, depsgraph mode."""
@@ -181,6 +181,7 @@ def _request(
         frame=grid.correction_frame(settings.space, object_matrix, transform),
         rest_volume=None,
         settings=settings,
+        device=device.chosen(),
     )
     return request, [*problems, *_between(modifiers, job.modifier)]
 

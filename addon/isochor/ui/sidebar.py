@@ -82,7 +82,7 @@ def rows(report: Report) -> list[tuple[str, str]]:
     if report.vertices_outside is not None:
         found.append(("Vertices outside", f"{report.vertices_outside}"))
     if report.result is not None:
-        found.append(("Computed on", report.device))
+        found.append(("Computed on", report.device_name))
     found.append(("Time", f"{report.milliseconds:.1f} ms"))
     return found
 

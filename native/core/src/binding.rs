@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::embedding::Embedding;
+use crate::embedding::{Embedding, Located};
 use crate::engine::{Engine, State, numbers};
 use crate::error::{Error, Result};
 use crate::lanes::{F32x8, F64x8, Lanes};
@@ -223,7 +223,10 @@ impl<T: Scalar> Binding<T> {
     }
 
     /// `control - rest`, after checking that `control` fits the lattice and the type of the vertices.
-    pub(crate) fn displacement(&self, control: &[DVec3]) -> Result<Vec<DVec3>> {
+    ///
+    /// # Errors
+    /// [`Error::Lattice`] for a wrong number of control points, and for coordinates not finite or too large.
+    pub fn displacement(&self, control: &[DVec3]) -> Result<Vec<DVec3>> {
         let displacement = self.lattice.displacement(control)?;
         let largest = control.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
         if largest > T::LARGEST {
@@ -265,6 +268,13 @@ impl<T: Scalar> Binding<T> {
             *to = columns.map(|column| T::from_f64(column[slot as usize].to_f64()));
         });
         Ok(())
+    }
+
+    /// Where a vertex stands in the lattice.
+    pub(crate) fn located(&self, vertex: usize) -> Located {
+        let point = DVec3::from_array(self.vertices[vertex].map(T::to_f64));
+        let influence = self.influence.as_ref().map_or(1.0, |all| all[vertex]);
+        Located::new::<T>(&self.lattice, point, influence, self.outside)
     }
 
     /// Control points that the correction may move: with vertices kept beyond a face, not the layers acting on that face, or

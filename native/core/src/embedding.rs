@@ -75,7 +75,7 @@ pub(crate) struct Located {
 }
 
 impl Located {
-    fn new<T: Scalar>(lattice: &Lattice, point: DVec3, influence: f64, outside: Outside) -> Self {
+    pub(crate) fn new<T: Scalar>(lattice: &Lattice, point: DVec3, influence: f64, outside: Outside) -> Self {
         let raw = lattice.parameter(point).to_array();
         let (low, high) = (-T::FACE_TOLERANCE, 1.0 + T::FACE_TOLERANCE);
         let beyond: [[bool; 2]; 3] = std::array::from_fn(|axis| {

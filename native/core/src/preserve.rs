@@ -126,7 +126,7 @@ impl<T: Scalar> Binding<T> {
         })
     }
 
-    fn wanted_volume(&self, options: &Preserve) -> Result<f64> {
+    pub(crate) fn wanted_volume(&self, options: &Preserve) -> Result<f64> {
         if !options.amount.is_finite() {
             return Err(Error::Volume(format!(
                 "amount: found {}, expected a finite number; 1 preserves",
@@ -146,7 +146,7 @@ impl<T: Scalar> Binding<T> {
     }
 
     /// Reciprocal weights: 0 for control points that must not move.
-    fn mobility(&self, weights: Option<&[f64]>) -> Result<Vec<f64>> {
+    pub(crate) fn mobility(&self, weights: Option<&[f64]>) -> Result<Vec<f64>> {
         let count = self.lattice().len();
         if let Some(weights) = weights {
             if weights.len() != count {
@@ -287,14 +287,15 @@ impl<T: Scalar, L: Lanes> Correction<'_, T, L> {
 }
 
 /// Coordinates along the directions that "axes" means.
-struct Frame {
+#[derive(Debug, Clone)]
+pub(crate) struct Frame {
     /// Unit directions as columns, and the inverse; `None` for x, y, z.
-    directions: Option<(DMat3, DMat3)>,
-    determinant: f64,
+    pub(crate) directions: Option<(DMat3, DMat3)>,
+    pub(crate) determinant: f64,
 }
 
 impl Frame {
-    fn new(rows: Option<[DVec3; 3]>) -> Result<Self> {
+    pub(crate) fn new(rows: Option<[DVec3; 3]>) -> Result<Self> {
         let Some(rows) = rows else { return Ok(Self { directions: None, determinant: 1.0 }) };
         if rows.iter().any(|row| !row.is_finite()) {
             return Err(Error::Volume(format!("frame: found {rows:?}, expected finite numbers")));
@@ -320,11 +321,11 @@ impl Frame {
         self.directions.map(|(_, inverse)| inverse)
     }
 
-    fn coordinates(&self, point: DVec3) -> DVec3 {
+    pub(crate) fn coordinates(&self, point: DVec3) -> DVec3 {
         self.directions.map_or(point, |(_, inverse)| inverse * point)
     }
 
-    fn move_along(&self, axis: usize, distance: f64, point: &mut DVec3) {
+    pub(crate) fn move_along(&self, axis: usize, distance: f64, point: &mut DVec3) {
         match self.directions {
             Some((columns, _)) => *point += columns.col(axis) * distance,
             None => point[axis] += distance,
@@ -332,7 +333,7 @@ impl Frame {
     }
 }
 
-fn normalised_shares(axes: [f64; 3]) -> Result<[f64; 3]> {
+pub(crate) fn normalised_shares(axes: [f64; 3]) -> Result<[f64; 3]> {
     if axes.iter().any(|share| !share.is_finite() || *share < 0.0) {
         return Err(Error::Volume(format!(
             "axes: found {axes:?}, expected three finite shares, none negative"

@@ -55,6 +55,11 @@ impl Walks {
         &self.steps[self.offsets[block]..self.offsets[block + 1]]
     }
 
+    /// Start of every block's steps, one more entry than blocks, and all steps.
+    pub(crate) fn parts(&self) -> (&[usize], &[[u32; LANES]]) {
+        (&self.offsets, &self.steps)
+    }
+
     /// One coordinate of the slots of a step of these walks, in float64.
     #[inline(always)]
     pub(crate) fn gather<L: Lanes>(&self, coordinate: &[L], step: &[u32; LANES]) -> F64x8 {

@@ -8,7 +8,8 @@ use numpy::{Element, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUnt
 use pyo3::prelude::*;
 
 use crate::arrays::{Argument, ArrayLike, NdArray, NumberLike, Numbers, OfVertices, converted};
-use crate::errors::{DeviceError, PinError, to_python};
+use crate::backend::Backend;
+use crate::errors::{PinError, to_python, warn};
 use crate::lattice::LatticeLike;
 use crate::preserved::Preserved;
 use crate::words::{DeviceWord, MethodWord};
@@ -35,6 +36,7 @@ macro_rules! either {
 #[pyclass(frozen, module = "isochor")]
 pub(crate) struct Binding {
     shared: Shared,
+    backend: Backend,
     vertex_count: usize,
 }
 
@@ -66,11 +68,6 @@ impl Binding {
         outside: Outside,
         influence: Option<ArrayLike<'_>>,
     ) -> PyResult<Self> {
-        if device == DeviceWord::Gpu {
-            return Err(DeviceError::new_err(
-                "device: found \"gpu\", but this build computes on the CPU only; use \"cpu\" or \"auto\"",
-            ));
-        }
         let vertices = VertexRows::extract(&vertices)?;
         let triangles = triangles.map_or(Ok(Vec::new()), |triangles| indices(&triangles))?;
         let influence = influence.map(|influence| influences(&influence)).transpose()?;
@@ -85,7 +82,9 @@ impl Binding {
         });
         let bound = bound.map_err(to_python)?;
         let vertex_count = either!(&bound, core => core.vertices().len());
-        Ok(Self { shared: Arc::new(RwLock::new(bound)), vertex_count })
+        let (backend, warning) = py.detach(|| Backend::new(device));
+        warn(py, warning)?;
+        Ok(Self { shared: Arc::new(RwLock::new(bound)), backend, vertex_count })
     }
 
     /// Leaves the interpreter and reads the binding.
@@ -150,6 +149,7 @@ impl Binding {
         let lattice = lattice.map(|lattice| lattice.0.core.clone());
         py.detach(|| {
             let mut precise = self.shared.write().unwrap_or_else(PoisonError::into_inner);
+            self.backend.reset();
             match (&mut *precise, vertices) {
                 (Precise::Single(core), Some(VertexRows::Single(rows))) => {
                     core.update(Some(rows), lattice, influence)
@@ -169,11 +169,12 @@ impl Binding {
     /// volume paper. Raises LatticeError.
     fn deform<'py>(&self, py: Python<'py>, control: ArrayLike<'py>) -> PyResult<NdArray<'py, OfVertices>> {
         let control = Argument::lattice("control").control(&control, self.shape(py))?;
-        let (array, ()) = self.with_output(
+        let (array, warning) = self.with_output(
             py,
-            |core, out| core.deform(&control, out),
-            |core, out| core.deform(&control, out),
+            |core, out| self.backend.deform(core, &control, out),
+            |core, out| self.backend.deform(core, &control, out),
         )?;
+        warn(py, warning)?;
         Ok(NdArray::of(array))
     }
 
@@ -198,10 +199,23 @@ impl Binding {
         self.read(py, |precise| either!(precise, core => core.outside_count()))
     }
 
-    /// What computes: "cpu".
+    /// What computes the next call, as far as is known: "cpu" or "gpu". With device="auto" that is "cpu" until a GPU was
+    /// measured to be faster.
     #[getter]
-    fn device(&self) -> &'static str {
-        "cpu"
+    fn device(&self, py: Python<'_>) -> &'static str {
+        py.detach(|| self.backend.device())
+    }
+
+    /// The same by the name it has in devices().
+    #[getter]
+    fn device_name(&self, py: Python<'_>) -> String {
+        py.detach(|| self.backend.name())
+    }
+
+    /// Bytes that the binding takes in the memory of a GPU: 0 on the CPU, and before the first call.
+    #[getter]
+    fn device_bytes(&self, py: Python<'_>) -> u64 {
+        py.detach(|| self.backend.bytes())
     }
 
     /// Deforms and corrects the control points so that the volume is the target, exactly: Problem 1 of the volume paper,
@@ -248,17 +262,19 @@ impl Binding {
             target: target.map(|target| Argument::volume("target").number(&target)).transpose()?,
             amount: Argument::volume("amount").number(&amount)?,
         };
-        let (vertices, outcome) = self.with_output(
+        let (vertices, ran) = self.with_output(
             py,
-            |core, out| core.preserve(&control, &options, out),
-            |core, out| core.preserve(&control, &options, out),
+            |core, out| self.backend.preserve(core, &control, &options, out),
+            |core, out| self.backend.preserve(core, &control, &options, out),
         )?;
-        Preserved::new(py, Arc::clone(&self.shared), vertices, &outcome, shape)
+        warn(py, ran.warning.clone())?;
+        Preserved::new(py, Arc::clone(&self.shared), vertices, &ran, shape)
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {
         let shape = self.shape(py);
-        format!("Binding(vertices={}, lattice={shape:?}, device=\"cpu\")", self.vertex_count)
+        let device = self.device(py);
+        format!("Binding(vertices={}, lattice={shape:?}, device={device:?})", self.vertex_count)
     }
 }
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! What can compute.
 
+use isochor_gpu::{Adapter, Choice, Kind};
 use pyo3::prelude::*;
+
+use crate::errors::DeviceError;
 
 /// Something that isochor can compute on.
 ///
@@ -28,9 +31,34 @@ impl Device {
     }
 }
 
-/// Lists the devices, best first. The CPU is always there.
+/// Lists the devices, best first: graphics cards, software rasterisers, and the CPU, which is always there.
 #[pyfunction]
-pub(crate) fn devices() -> Vec<Device> {
-    let threads = rayon::current_num_threads();
-    vec![Device { name: format!("CPU, {threads} threads"), kind: "cpu".into(), backend: "rayon".into() }]
+pub(crate) fn devices(py: Python<'_>) -> Vec<Device> {
+    let adapters = py.detach(isochor_gpu::adapters);
+    let mut devices: Vec<Device> = adapters.into_iter().map(Device::from).collect();
+    devices.push(Device { name: cpu_name(), kind: "cpu".into(), backend: "rayon".into() });
+    devices
+}
+
+/// Bytes per second that the adapter of this name copies within its own memory: for benchmarks, to compare with. Raises
+/// DeviceError.
+#[pyfunction]
+pub(crate) fn copy_bandwidth(py: Python<'_>, name: &str) -> PyResult<f64> {
+    let measured = py.detach(|| isochor_gpu::Device::open(Choice::Named(name))?.copy_bandwidth());
+    measured.map_err(|cause| DeviceError::new_err(cause.to_string()))
+}
+
+/// What the CPU is called here.
+pub(crate) fn cpu_name() -> String {
+    format!("CPU, {} threads", rayon::current_num_threads())
+}
+
+impl From<Adapter> for Device {
+    fn from(adapter: Adapter) -> Self {
+        let kind = match adapter.kind {
+            Kind::Gpu => "gpu",
+            Kind::Software => "software",
+        };
+        Self { name: adapter.name, kind: kind.into(), backend: adapter.backend.into() }
+    }
 }

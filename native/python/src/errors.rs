@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! The core's errors as Python exceptions.
 
-use pyo3::PyErr;
+use std::ffi::CString;
+
+use pyo3::exceptions::PyRuntimeWarning;
+use pyo3::prelude::*;
 
 pyo3::import_exception!(isochor.errors, LatticeError);
 pyo3::import_exception!(isochor.errors, MeshError);
@@ -35,4 +38,10 @@ pub(crate) fn to_python(error: isochor_core::Error) -> PyErr {
         isochor_core::Error::Mesh(message) => MeshError::new_err(message),
         isochor_core::Error::Volume(message) => VolumeError::new_err(message),
     }
+}
+
+/// Warns the caller, a `RuntimeWarning`, if there is anything to say.
+pub(crate) fn warn(py: Python<'_>, text: Option<String>) -> PyResult<()> {
+    let Some(text) = text else { return Ok(()) };
+    PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &CString::new(text.replace('\0', " "))?, 1)
 }

@@ -157,12 +157,14 @@ impl Lattice {
     ///
     /// vertices (V, 3) float32 or float64, in the lattice's space; results have the same type.
     /// triangles (F, 3) integers, or None; only volumes need them, and then they must form a closed surface.
-    /// device: "auto", "cpu" or "gpu".
+    /// device: "cpu"; "gpu", a software rasteriser where there is no graphics card; the name of an adapter in devices(); or
+    /// "auto": a graphics card where measuring shows it to be faster, else the CPU. Where a GPU is missing or fails, the CPU
+    /// computes in the same call, with one RuntimeWarning.
     /// outside: vertices beyond the domain stay ("keep", and the correction holds the layers of control points that act on
     /// that face) or move with the nearest point of the domain ("extend").
     /// influence (V,) in [0, 1]: how much of the deformation each vertex takes; None for all of it.
     ///
-    /// Raises MeshError, DeviceError.
+    /// Raises MeshError, and DeviceError for an unknown device.
     #[pyo3(signature = (vertices, triangles=None, device=DeviceWord::Auto, outside=OutsideWord(Outside::Keep), influence=None))]
     fn bind(
         &self,

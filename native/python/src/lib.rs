@@ -2,6 +2,7 @@
 //! The Python module `isochor._native`: it checks what comes in, leaves the interpreter, and calls the core.
 
 mod arrays;
+mod backend;
 mod binding;
 mod device;
 mod errors;
@@ -16,6 +17,8 @@ mod _native {
     use super::binding::Binding;
     #[pymodule_export]
     use super::device::Device;
+    #[pymodule_export]
+    use super::device::copy_bandwidth;
     #[pymodule_export]
     use super::device::devices;
     #[pymodule_export]

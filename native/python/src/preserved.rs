@@ -5,6 +5,7 @@ use numpy::PyUntypedArray;
 use pyo3::prelude::*;
 
 use crate::arrays::{NdArray, OfVertices};
+use crate::backend::Ran;
 use crate::binding::{Shared, measure};
 use crate::words::method_name;
 
@@ -17,9 +18,12 @@ pub(crate) struct Preserved {
     /// Volume that was aimed at, after `amount`.
     #[pyo3(get)]
     target: f64,
-    /// What computed: "cpu".
+    /// What computed, after any fall-back: "cpu" or "gpu".
     #[pyo3(get)]
     device: &'static str,
+    /// Seconds that the GPU's kernels took by its own clock, or None.
+    #[pyo3(get)]
+    device_seconds: Option<f64>,
     /// What ran, after any fall-back: "balanced" or "sweep".
     #[pyo3(get)]
     method: &'static str,
@@ -33,10 +37,10 @@ impl Preserved {
         py: Python<'_>,
         binding: Shared,
         vertices: Bound<'_, PyUntypedArray>,
-        outcome: &isochor_core::Preserved,
+        ran: &Ran,
         shape: [usize; 3],
     ) -> PyResult<Self> {
-        let [nu, nv, nw] = shape;
+        let (outcome, [nu, nv, nw]) = (&ran.preserved, shape);
         let control: NdArray<'_, f64> = NdArray::points(py, &outcome.control, &[nu, nv, nw, 3])?;
         let Ok(control) = control.into_pyobject(py);
         Ok(Self {
@@ -44,7 +48,8 @@ impl Preserved {
             control: control.unbind(),
             vertices: vertices.unbind(),
             target: outcome.target,
-            device: "cpu",
+            device: ran.device,
+            device_seconds: ran.seconds,
             method: method_name(outcome.method),
             iterations: outcome.iterations,
         })

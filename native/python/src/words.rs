@@ -4,6 +4,7 @@
 use isochor_core::{Method, Outside};
 use pyo3::inspect::{PyStaticConstant, PyStaticExpr};
 use pyo3::prelude::*;
+use pyo3::types::PyString;
 use pyo3::{type_hint_identifier, type_hint_subscript, type_hint_union};
 
 use crate::arrays::Argument;
@@ -126,25 +127,30 @@ pub(crate) fn method_name(method: Method) -> &'static str {
     }
 }
 
-/// `device`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// `device`: a word, or the name of an adapter.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum DeviceWord {
     Auto,
     Cpu,
     Gpu,
+    Adapter(String),
 }
 
 impl FromPyObject<'_, '_> for DeviceWord {
     type Error = PyErr;
-    const INPUT_TYPE: PyStaticExpr = literal!("auto", "cpu", "gpu");
+    const INPUT_TYPE: PyStaticExpr =
+        type_hint_union!(literal!("auto", "cpu", "gpu"), type_hint_identifier!("builtins", "str"));
 
     fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
         match word(&object).as_str() {
             "auto" => Ok(Self::Auto),
             "cpu" => Ok(Self::Cpu),
             "gpu" => Ok(Self::Gpu),
+            other if object.is_instance_of::<PyString>() && isochor_gpu::is_adapter(other) => {
+                Ok(Self::Adapter(other.to_owned()))
+            }
             other => Err(UnknownDeviceError::new_err(format!(
-                "device: found {other:?}, expected \"auto\", \"cpu\" or \"gpu\""
+                "device: found {other:?}, expected \"auto\", \"cpu\", \"gpu\" or the name of an adapter in isochor.devices()"
             ))),
         }
     }

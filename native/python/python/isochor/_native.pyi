@@ -10,7 +10,7 @@ from typing import Final, Literal, SupportsFloat, SupportsIndex, final
 from numpy import float32, float64
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["__version__", "Binding", "Device", "Lattice", "Preserved", "devices"]
+__all__ = ["__version__", "Binding", "Device", "Lattice", "Preserved", "copy_bandwidth", "devices"]
 
 __version__: Final[str]
 
@@ -28,7 +28,18 @@ class Binding:
     @property
     def device(self, /) -> str:
         """
-        What computes: "cpu".
+        What computes the next call, as far as is known: "cpu" or "gpu". With device="auto" that is "cpu" until a GPU was
+        measured to be faster.
+        """
+    @property
+    def device_bytes(self, /) -> int:
+        """
+        Bytes that the binding takes in the memory of a GPU: 0 on the CPU, and before the first call.
+        """
+    @property
+    def device_name(self, /) -> str:
+        """
+        The same by the name it has in devices().
         """
     @property
     def outside_count(self, /) -> int:
@@ -162,7 +173,7 @@ class Lattice:
         /,
         vertices: ArrayLike,
         triangles: ArrayLike | None = None,
-        device: Literal["auto", "cpu", "gpu"] = ...,
+        device: Literal["auto", "cpu", "gpu"] | str = ...,
         outside: Literal["keep", "extend"] = ...,
         influence: ArrayLike | None = None,
     ) -> Binding:
@@ -171,12 +182,14 @@ class Lattice:
 
         vertices (V, 3) float32 or float64, in the lattice's space; results have the same type.
         triangles (F, 3) integers, or None; only volumes need them, and then they must form a closed surface.
-        device: "auto", "cpu" or "gpu".
+        device: "cpu"; "gpu", a software rasteriser where there is no graphics card; the name of an adapter in devices(); or
+        "auto": a graphics card where measuring shows it to be faster, else the CPU. Where a GPU is missing or fails, the CPU
+        computes in the same call, with one RuntimeWarning.
         outside: vertices beyond the domain stay ("keep", and the correction holds the layers of control points that act on
         that face) or move with the nearest point of the domain ("extend").
         influence (V,) in [0, 1]: how much of the deformation each vertex takes; None for all of it.
 
-        Raises MeshError, DeviceError.
+        Raises MeshError, and DeviceError for an unknown device.
         """
     @property
     def degree(self, /) -> tuple[int, int, int]:
@@ -228,7 +241,12 @@ class Preserved:
     @property
     def device(self, /) -> str:
         """
-        What computed: "cpu".
+        What computed, after any fall-back: "cpu" or "gpu".
+        """
+    @property
+    def device_seconds(self, /) -> float | None:
+        """
+        Seconds that the GPU's kernels took by its own clock, or None.
         """
     @property
     def error(self, /) -> float:
@@ -261,7 +279,13 @@ class Preserved:
         Signed volume of `vertices`, measured in float64 when asked for.
         """
 
+def copy_bandwidth(name: str) -> float:
+    """
+    Bytes per second that the adapter of this name copies within its own memory: for benchmarks, to compare with. Raises
+    DeviceError.
+    """
+
 def devices() -> list[Device]:
     """
-    Lists the devices, best first. The CPU is always there.
+    Lists the devices, best first: graphics cards, software rasterisers, and the CPU, which is always there.
     """
