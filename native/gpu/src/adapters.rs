@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! What this machine offers.
 
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::OnceLock;
 
 use crate::error::{Error, Result};
 use crate::faults;
@@ -26,14 +26,9 @@ pub struct Adapter {
     pub backend: &'static str,
 }
 
-/// Whether an adapter has, or had, this name. Asks the drivers only about new names.
+/// Whether an adapter has this name.
 pub fn is_adapter(name: &str) -> bool {
-    static KNOWN: Mutex<Vec<String>> = Mutex::new(Vec::new());
-    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    if !known.iter().any(|other| other == name) {
-        *known = adapters().into_iter().map(|adapter| adapter.name).collect();
-    }
-    known.iter().any(|other| other == name)
+    known().iter().any(|adapter| adapter.name == name)
 }
 
 /// Which adapter to take.
@@ -49,7 +44,13 @@ pub enum Choice<'a> {
 
 /// All adapters, best first: discrete cards, then integrated ones, then software. Empty without a driver.
 pub fn adapters() -> Vec<Adapter> {
-    sorted().iter().map(describe).collect()
+    known().to_vec()
+}
+
+/// The adapters that were there when the process first looked. Asking the drivers takes milliseconds, and they may print.
+fn known() -> &'static [Adapter] {
+    static KNOWN: OnceLock<Vec<Adapter>> = OnceLock::new();
+    KNOWN.get_or_init(|| sorted().iter().map(describe).collect())
 }
 
 /// The adapter to take.
@@ -57,16 +58,21 @@ pub fn adapters() -> Vec<Adapter> {
 /// # Errors
 /// [`Error::NoAdapter`] where none fits.
 pub(crate) fn choose(choice: Choice<'_>) -> Result<(wgpu::Adapter, Adapter)> {
-    let found = sorted();
-    let fits = |adapter: &wgpu::Adapter| match choice {
-        Choice::Hardware => kind(adapter) == Kind::Gpu || faults::is_wanted("trust"),
+    let fits = |adapter: &Adapter| match choice {
+        Choice::Hardware => adapter.kind == Kind::Gpu || faults::is_wanted("trust"),
         Choice::Any => true,
-        Choice::Named(name) => adapter.get_info().name == name,
+        Choice::Named(name) => adapter.name == name,
     };
-    let names: Vec<String> = found.iter().map(|adapter| format!("{:?}", adapter.get_info().name)).collect();
-    let chosen = found.into_iter().find(fits).ok_or_else(|| Error::NoAdapter(missing(choice, &names)))?;
-    let described = describe(&chosen);
-    Ok((chosen, described))
+    let none = || {
+        let names: Vec<String> = known().iter().map(|adapter| format!("{:?}", adapter.name)).collect();
+        Error::NoAdapter(missing(choice, &names))
+    };
+    if !known().iter().any(fits) {
+        return Err(none());
+    }
+    let described = sorted().into_iter().map(|adapter| (describe(&adapter), adapter));
+    let chosen = described.into_iter().find(|(described, _)| fits(described));
+    chosen.map(|(described, adapter)| (adapter, described)).ok_or_else(none)
 }
 
 fn missing(choice: Choice<'_>, names: &[String]) -> String {
