@@ -7,7 +7,8 @@ import bpy
 
 from ..core.report import Report
 from ..tool import stack, state
-from .operators import ISOCHOR_OT_add, ISOCHOR_OT_remove
+from .adding import ISOCHOR_OT_add
+from .removing import ISOCHOR_OT_remove
 
 INSIDE_OUT = "The mesh is inside out: its volume counts as negative, and is kept all the same."
 LETTER_WIDTH, ICON_AND_MARGINS = 7.0, 75.0

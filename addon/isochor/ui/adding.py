@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operators: isochor.add and isochor.remove."""
+"""The operator isochor.add."""
 
 import bpy
 import numpy as np
@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from ..core.fit import axes_of, box_matrix
 from ..core.oriented import oriented_axes
-from ..tool import adding, removing, stack
+from ..tool import adding
+from .choosing import chosen_meshes
 
 BASIS_ITEMS = (
     ("BERNSTEIN", "Bernstein", "Every control point reaches everywhere, smoothly"),
@@ -77,39 +78,6 @@ class ISOCHOR_OT_add(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class ISOCHOR_OT_remove(bpy.types.Operator):
-    """Take the Volume Lattice away, with its lattice if nothing else uses it"""
-
-    bl_idname = "isochor.remove"
-    bl_label = "Remove Volume Lattice"
-    bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        if lattices_of_active(context):
-            return True
-        cls.poll_message_set("The active object has no Volume Lattice")
-        return False
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        modifiers = lattices_of_active(context)
-        obj = modifiers[0].id_data
-        active = obj.modifiers.active
-        removing.remove(obj, active if active in modifiers else modifiers[-1])
-        return {"FINISHED"}
-
-
-def active_object(context: bpy.types.Context) -> bpy.types.Object | None:
-    """The object that the editor shows (a pinned one too), or the active one where a script runs outside of editors."""
-    return getattr(context, "object", None) or context.view_layer.objects.active
-
-
-def lattices_of_active(context: bpy.types.Context) -> list[bpy.types.NodesModifier]:
-    """The Volume Lattice modifiers of the active object."""
-    obj = active_object(context)
-    return [] if obj is None else stack.ours(obj)
-
-
 def fitted_axes(fit: str, points: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """Directions of the lattice's box, as columns, for one of FIT_ITEMS and the active object's matrix to world."""
     if fit == "WORLD":
@@ -117,23 +85,11 @@ def fitted_axes(fit: str, points: NDArray[np.float64], matrix: NDArray[np.float6
     return oriented_axes(points, axes_of(matrix)) if fit == "ORIENTED" else axes_of(matrix)
 
 
-def chosen_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """The active mesh first, then the other selected ones; the active one alone where it is not selected."""
-    active = active_object(context)
-    meshes = [obj for obj in context.view_layer.objects.selected if obj.type == "MESH" and obj != active]
-    return [active, *meshes] if active is not None and active.type == "MESH" else meshes
-
-
-CLASSES = (ISOCHOR_OT_add, ISOCHOR_OT_remove)
-
-
 def register() -> None:
-    """Makes the operators known."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    """Makes the operator known."""
+    bpy.utils.register_class(ISOCHOR_OT_add)
 
 
 def unregister() -> None:
-    """Takes them back, last first."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+    """Takes it back."""
+    bpy.utils.unregister_class(ISOCHOR_OT_add)
