@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 import isochor
 
+from .grid import Grid
+
 
 class Volumes(NamedTuple):
     """Signed volumes in cubic units of the object's own space: ``before`` the correction, as the animator's lattice
@@ -27,9 +29,15 @@ class Report:
 
     problems: tuple[str, ...] = ()
     binding: isochor.Binding | None = field(default=None, repr=False)
+    grid: Grid | None = field(default=None, repr=False)
     asked: NDArray[np.float64] | None = field(default=None, repr=False)
     result: isochor.Preserved | None = field(default=None, repr=False)
     milliseconds: float = 0.0
+
+    @property
+    def control(self) -> NDArray[np.float64] | None:
+        """(nu, nv, nw, 3) control points that shaped the mesh, corrected where it was, in the object's own space."""
+        return self.asked if self.result is None else np.asarray(self.result.control)
 
     @property
     def device(self) -> str:

@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..tool import stack
+from ..tool import node_group, sockets, stack
 
 
 def active_object(context: bpy.types.Context) -> bpy.types.Object | None:
@@ -22,3 +22,28 @@ def chosen_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
     active = active_object(context)
     meshes = [obj for obj in context.view_layer.objects.selected if obj.type == "MESH" and obj != active]
     return [active, *meshes] if active is not None and active.type == "MESH" else meshes
+
+
+def chosen_modifiers(context: bpy.types.Context) -> list[tuple[bpy.types.Object, bpy.types.NodesModifier]]:
+    """The Volume Lattice that is meant of each active or selected mesh, and all that use an active or selected
+    lattice, each once: of a mesh with several, the active one, or the last where another modifier is active."""
+    view = context.view_layer.objects
+    active = active_object(context)
+    chosen = [active, *(obj for obj in view.selected if obj != active)] if active is not None else list(view.selected)
+    found = {}
+    for obj in chosen:
+        if obj.type == "MESH" and stack.ours(obj):
+            modifiers = stack.ours(obj)
+            meant = obj.modifiers.active if obj.modifiers.active in modifiers else modifiers[-1]
+            found[obj.session_uid, meant.persistent_uid] = (obj, meant)
+        elif obj.type == "LATTICE":
+            for user, modifier in users_of(obj):
+                found[user.session_uid, modifier.persistent_uid] = (user, modifier)
+    return list(found.values())
+
+
+def users_of(lattice: bpy.types.Object) -> list[tuple[bpy.types.Object, bpy.types.NodesModifier]]:
+    """Every object with a modifier that this lattice shapes, in order of name."""
+    users = stack.users(node_group.all_groups())
+    pairs = [(obj, modifier) for obj in users for modifier in stack.ours(obj)]
+    return [(obj, modifier) for obj, modifier in pairs if sockets.read(modifier, sockets.LATTICE) == lattice]
