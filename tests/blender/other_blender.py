@@ -31,9 +31,9 @@ def bpy_program() -> str:
 def run(text: str, folder: Path, *arguments: object, with_extension: bool = False) -> str:
     """Runs Python source in a new process and returns what it printed; AssertionError where it failed.
 
-    ``text`` finds bpy imported, tests/blender importable and the arguments, as words, in ``arguments``. Its user folder is
-    an empty one in ``folder``; ``with_extension`` takes this process's own, where the extension is installed, and
-    enables it.
+    ``text`` finds bpy imported, tests/blender importable and the arguments, as words, in ``arguments``. Its user
+    folder is an empty one in ``folder``; ``with_extension`` takes this process's own, where the extension is installed,
+    and enables it.
     """
     folder.mkdir(parents=True, exist_ok=True)
     script = folder / "script.py"
@@ -41,9 +41,7 @@ def run(text: str, folder: Path, *arguments: object, with_extension: bool = Fals
     user = os.environ[ISOLATION] if with_extension else str(folder / "user")
     Path(user).mkdir(exist_ok=True)
     environment = {**os.environ, ISOLATION: user}
-    done = subprocess.run(
-        command(script, *arguments), env=environment, capture_output=True, text=True, timeout=LIMIT_S
-    )
+    done = subprocess.run(command(script, *arguments), env=environment, capture_output=True, text=True, timeout=LIMIT_S)
     said = done.stdout[-4000:] + done.stderr[-4000:]
     assert done.returncode == 0, said
     assert "Traceback" not in done.stderr, said
