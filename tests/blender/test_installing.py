@@ -82,7 +82,9 @@ def test_a_fresh_blender_has_nothing_of_ours_and_after_installing_it_has(tmp_pat
 
 
 def test_uninstalling_leaves_nothing_behind(tmp_path):
-    text = LOOK + """
+    text = (
+        LOOK
+        + """
 install(arguments[0])
 squashed_ball()
 bpy.ops.wm.save_as_mainfile(filepath=arguments[1])
@@ -96,6 +98,7 @@ import scenes
 bpy.context.scene.frame_set(3)
 assert abs(scenes.evaluated_positions(bpy.data.objects["Ball"])[:, 2]).max() < 0.6, "the last shape stays"
 """
+    )
     other_blender.run(text, tmp_path, BUILT_ZIP, tmp_path / "saved.blend")
 
 
@@ -121,7 +124,9 @@ for frame in (1, 7):
 
 
 def test_an_update_in_a_running_blender_keeps_working_and_what_is_in_the_file(tmp_path):
-    text = LOOK + """
+    text = (
+        LOOK
+        + """
 import scenes
 install(arguments[0])
 before = sorted(ours())
@@ -140,12 +145,15 @@ assert abs(scenes.evaluated_positions(ball)[:, 2]).max() < 0.5
 manifest = Path(sys.modules[installed_extension.MODULE].__file__).with_name("blender_manifest.toml").read_text()
 assert 'version = "9.9.9"' in manifest
 """
+    )
     newer = with_version(tmp_path, "9.9.9")
     other_blender.run(text, tmp_path, BUILT_ZIP, newer, tmp_path / "saved.blend")
 
 
 def test_switching_off_and_on_again_leaves_one_of_each(tmp_path):
-    text = LOOK + """
+    text = (
+        LOOK
+        + """
 import addon_utils
 install(arguments[0])
 before = sorted(ours())
@@ -156,6 +164,7 @@ for _ in range(3):
     assert sorted(ours()) == before, set(ours()) ^ set(before)
 squashed_ball()
 """
+    )
     other_blender.run(text, tmp_path, BUILT_ZIP)
 
 
