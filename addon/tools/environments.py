@@ -58,7 +58,7 @@ def python(name: str) -> Path:
 def _made(name: str) -> Path:
     environment = ENVIRONMENTS[name]
     place = folder(name)
-    interpreter = place / "bin" / "python"
+    interpreter = place / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     stamp = place / "contents.stamp"
     digest = fingerprint([], *environment.packages)
     if is_fresh(stamp, digest) and interpreter.exists():
