@@ -65,7 +65,5 @@ def test_the_release_builds_every_platform_that_the_build_can_name():
     workflow = (workspace.ROOT / ".github/workflows/release.yml").read_text(encoding="utf-8")
     named = set(re.findall(r"platform: (\S+),", workflow))
     assert named == {"linux-x64", "linux-arm64", "windows-x64", "macos-x64", "macos-arm64"}
-    possible = {
-        f"{system}-{machine}" for system in build_extension.SYSTEMS.values() for machine in build_extension.MACHINES.values()
-    }
-    assert named <= possible
+    systems, machines = build_extension.SYSTEMS.values(), build_extension.MACHINES.values()
+    assert named <= {f"{system}-{machine}" for system in systems for machine in machines}
