@@ -17,7 +17,10 @@ MENUS = {
     "Method": settings.METHODS,
     "Basis": settings.BASES,
     "Outside": settings.OUTSIDES,
+    "Axis": settings.AXES,
+    "Pivot": settings.PIVOTS,
 }
+SQUASH, TAPER, TWIST, BEND, BEND_DIRECTION = "Squash", "Taper", "Twist", "Bend", "Bend Direction"
 VIEWPORT_RESULT, RENDER_RESULT, SLOT = "Viewport Result", "Render Result", "Slot"
 LATTICE = "Lattice"
 OBJECTS = (LATTICE, VIEWPORT_RESULT, RENDER_RESULT)
@@ -36,6 +39,11 @@ def identifiers(group: bpy.types.NodeTree) -> dict[str, str]:
             if item.item_type == "SOCKET" and item.in_out == "INPUT"
         }
     return _identifiers[group.session_uid]
+
+
+def forget(group: bpy.types.NodeTree) -> None:
+    """The group's inputs have changed: they are looked up again."""
+    _identifiers.pop(group.session_uid, None)
 
 
 def data_path(modifier: bpy.types.NodesModifier, name: str) -> str:
@@ -85,7 +93,20 @@ def read_settings(modifier: bpy.types.NodesModifier) -> settings.Settings:
         method=value("Method"),
         basis=value("Basis"),
         outside=value("Outside"),
+        shaping=read_shaping(modifier),
     )
+
+
+def read_shaping(modifier: bpy.types.NodesModifier) -> settings.Shaping:
+    """The inputs of the panel Animate, from an evaluated modifier; those that cannot matter by their defaults, as are
+    all where the group is linked from a file older than they."""
+    if SQUASH not in identifiers(modifier.node_group):
+        return settings.Shaping()
+    squash, taper, twist, bend = (read(modifier, name) for name in (SQUASH, TAPER, TWIST, BEND))
+    if (squash, taper, twist, bend) == settings.NEUTRAL:
+        return settings.Shaping()
+    axis, pivot, direction = (read(modifier, name) for name in ("Axis", "Pivot", BEND_DIRECTION))
+    return settings.Shaping(axis, squash, taper, twist, bend, direction, pivot)
 
 
 def _as_properties(modifier: bpy.types.NodesModifier) -> bool:
