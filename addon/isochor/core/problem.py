@@ -65,7 +65,7 @@ def no_vertex_group(name: str) -> str:
 
 def not_finite(names: list[str]) -> str:
     """Inputs of the panel Animate that hold infinity or no number at all."""
-    return f"{', '.join(names)} holds no finite number: correct its driver or its keys, or type a value."
+    return f"{', '.join(names)}: no finite number. Correct the driver or the keys, or type a value."
 
 
 def linked(name: str) -> str:
