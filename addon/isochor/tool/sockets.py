@@ -27,23 +27,24 @@ OBJECTS = (LATTICE, VIEWPORT_RESULT, RENDER_RESULT)
 
 
 _identifiers: dict[int, dict[str, str]] = {}
-"""What ``identifiers`` has found, by the group's session identifier, which Blender never gives twice."""
+"""What ``identifiers`` has found, by the session identifier of the original group: evaluated ones all have 0."""
 
 
 def identifiers(group: bpy.types.NodeTree) -> dict[str, str]:
     """Name to identifier of every input of the node group."""
-    if group.session_uid not in _identifiers:
-        _identifiers[group.session_uid] = {
+    uid = group.original.session_uid
+    if uid not in _identifiers:
+        _identifiers[uid] = {
             item.name: item.identifier
             for item in group.interface.items_tree
             if item.item_type == "SOCKET" and item.in_out == "INPUT"
         }
-    return _identifiers[group.session_uid]
+    return _identifiers[uid]
 
 
 def forget(group: bpy.types.NodeTree) -> None:
     """The group's inputs have changed: they are looked up again."""
-    _identifiers.pop(group.session_uid, None)
+    _identifiers.pop(group.original.session_uid, None)
 
 
 def data_path(modifier: bpy.types.NodesModifier, name: str) -> str:
