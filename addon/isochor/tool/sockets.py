@@ -53,6 +53,14 @@ def data_path(modifier: bpy.types.NodesModifier, name: str) -> str:
     return f"properties.inputs.{identifier}.value" if _as_properties(modifier) else f'["{identifier}"]'
 
 
+def property_of(modifier: bpy.types.NodesModifier, name: str) -> tuple[Any, str]:
+    """What holds an input and the name of the property in it, for a layout to show."""
+    identifier = identifiers(modifier.node_group)[name]
+    if _as_properties(modifier):
+        return getattr(modifier.properties.inputs, identifier), "value"
+    return modifier, f'["{identifier}"]'
+
+
 def read(modifier: bpy.types.NodesModifier, name: str) -> Any:
     """Value of an input; of an evaluated modifier, with drivers and keys applied. Menus give the item's name."""
     identifier = identifiers(modifier.node_group)[name]
