@@ -2,9 +2,21 @@
 """Isochor: a lattice modifier that keeps the volume."""
 
 from .tool import handlers
-from .ui import adding, menus, preferences, removing, sidebar
+from .ui import (
+    adding,
+    animate_panel,
+    bend_empty,
+    menus,
+    preferences,
+    removing,
+    sidebar,
+    squash_ground,
+    squash_speed,
+    twist_bone,
+)
 
-PARTS = (preferences, handlers, adding, removing, menus, sidebar)
+DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
+PARTS = (preferences, handlers, adding, removing, *DRIVING, menus, sidebar, animate_panel)
 
 
 def register() -> None:

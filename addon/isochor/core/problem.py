@@ -63,6 +63,11 @@ def no_vertex_group(name: str) -> str:
     return f"There is no vertex group “{name}”: correct the name in the modifier's Vertex Group input, or clear it."
 
 
+def not_finite(names: list[str]) -> str:
+    """Inputs of the panel Animate that hold infinity or no number at all."""
+    return f"{', '.join(names)}: no finite number. Correct the driver or the keys, or type a value."
+
+
 def linked(name: str) -> str:
     """The object's result meshes belong to another file, where they cannot be written."""
     return (

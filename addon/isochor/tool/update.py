@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import grid, problem
+from ..core import grid, problem, shaping
 from ..core.report import Report
 from ..core.settings import Settings
 from ..core.solver import Outcome, Request, Solver, Vertices
@@ -27,6 +27,7 @@ class Memory:
     own_positions: Vertices | None = None
     own_stamp: tuple[int, int] | None = None
     lattice_boxes: dict[int, evaluated.Box] = field(default_factory=dict)
+    metric: NDArray[np.float64] | None = None
     edited: bool = False
     edited_stamp: tuple[int, int, float] | None = None
     written: Outcome | None = None
@@ -177,13 +178,27 @@ def _request(
         triangles=triangles,
         no_triangles=no_triangles,
         grid=rest_grid,
-        control=grid.control_points(rest_grid, points.deformed),
+        control=grid.control_points(rest_grid, _shaped(memory, rest_grid, points, lattice_matrix, settings)),
         frame=grid.correction_frame(settings.space, object_matrix, transform),
         rest_volume=None,
         settings=settings,
         device=device.chosen(),
     )
     return request, [*problems, *_between(modifiers, job.modifier)]
+
+
+def _shaped(
+    memory: Memory,
+    rest_grid: grid.Grid,
+    points: evaluated.LatticePoints,
+    lattice_matrix: NDArray[np.float64],
+    settings: Settings,
+) -> NDArray[Any]:
+    """The lattice's points, flat in lattice space, as the inputs of the panel Animate move them."""
+    if settings.shaping.is_neutral:
+        return points.deformed
+    memory.metric = shaping.metric(lattice_matrix, settings.shaping.axis, memory.metric)
+    return shaping.shaped(points.deformed, rest_grid, memory.metric, settings.shaping)
 
 
 def _lattice(job: Job) -> bpy.types.Object:
