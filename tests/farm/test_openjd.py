@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Open Job Description template: valid, and its steps run the commands the job needs, whatever the names."""
+
+import json
+
+import open_job
+import pytest
+
+# Prints its arguments, a word a line, as JSON; and then ends like the real one.
+STAND_IN = '#!/bin/sh\nprintf "CALL"\nfor word; do printf " %s" "$(printf %s "$word" | od -An -v -tx1 | tr -d " \\n")"; done\necho\nexit {}\n'
+OBJECTS = ["D'Arcy \"$HOME\"", "{{Big}} Nose\\n", "é #1"]
+
+
+@pytest.fixture
+def job(tmp_path):
+    """Runs a step with its dependencies with a stand-in for Blender that prints how it is called."""
+
+    def run(step, status=0, **changed):
+        blender = tmp_path / "blender"
+        blender.write_text(STAND_IN.format(status))
+        blender.chmod(0o755)
+        parameters = {
+            "BlendFile": "/shared/a shot/ball.blend", "CacheDir": "/shared/a shot/isochor", "RenderDir": "/shared/a shot",
+            "FirstFrame": 1, "LastFrame": 5, "BakeChunkSize": 2, "RenderChunkSize": 3, "Blender": str(blender),
+        } | changed  # fmt: skip
+        return open_job.run(step, parameters, tmp_path)
+
+    return run
+
+
+def calls(output):
+    """How the stand-in was called."""
+    lines = [line.split("CALL", 1)[1].split() for line in output.splitlines() if "CALL" in line]
+    return [[bytes.fromhex(word).decode() for word in line] for line in lines]
+
+
+def test_template_is_valid():
+    status, output = open_job.check()
+    assert status == 0, output
+
+
+def test_summary_has_the_steps_and_their_order(tmp_path):
+    summary = open_job.summary({"BlendFile": "/a.blend", "CacheDir": "/c", "RenderDir": "/r"})
+    steps = {step["name"]: [on["step_name"] for on in step.get("dependencies", [])] for step in summary["steps"]}
+    assert steps == {"Bake": [], "Join": ["Bake"], "Report": ["Join"], "Render": ["Join"]}
+
+
+def test_bake_commands(job):
+    status, output = job("Bake", Objects="\n".join(OBJECTS))
+    assert status == 0
+    found = calls(output)
+    assert [words[words.index("--frames") + 1] for words in found] == ["1-2", "3-4", "5-5"]
+    for words in found:
+        assert words[:6] == ["--background", "--enable-autoexec", "--command", "isochor", "bake", "/shared/a shot/ball.blend"]
+        assert words[words.index("--part-of") + 1] == "1-5"
+        assert [words[i + 1] for i, word in enumerate(words) if word == "--object"] == OBJECTS
+        assert words[words.index("--output") + 1] == "/shared/a shot/isochor" and words[-1] == "--resume"
+
+
+def test_render_commands(job):
+    status, output = job("Render")
+    assert status == 0
+    join, *renders = calls(output)[3:]
+    assert join[4:6] == ["join", "/shared/a shot/ball.blend"]
+    saved = join[join.index("--save") + 1]
+    assert saved == "/shared/a shot/isochor/baked.blend"
+    assert [words[-5:] for words in renders] == [["-s", "1", "-e", "3", "-a"], ["-s", "4", "-e", "5", "-a"]]
+    for words in renders:
+        assert words[2] == saved and words[words.index("--render-output") + 1] == "/shared/a shot/frame_####"
+        assert "use_overwrite = True" in words[words.index("--python-expr") + 1]
+
+
+def test_choices(job):
+    words = calls(job("Bake", Resume="false", CacheFormat="mdd")[1])[0]
+    assert "--resume" not in words and "--object" not in words and words[words.index("--format") + 1] == "mdd"
+    assert "use_overwrite = False" in calls(job("Render", Overwrite="false")[1])[-1][-6]
+    assert [words[4] for words in calls(job("Report")[1])] == ["bake", "bake", "bake", "join", "report"]
+    assert [words[4] for words in calls(job("Report", Report="false")[1])] == ["bake", "bake", "bake", "join"]
+
+
+def test_extension_is_installed_for_the_job_alone(job, tmp_path):
+    package = tmp_path / "my isochor.zip"
+    package.write_bytes(b"")
+    status, output = job("Join", Extension=str(package))
+    assert status == 0 and calls(output)[0][:2] == ["--command", "extension"] and str(package) in calls(output)[0]
+    assert "openjd_env: BLENDER_USER_RESOURCES=" in output
+    assert "extension" not in calls(job("Join")[1])[0]
+
+
+@pytest.mark.parametrize("step", ["Bake", "Join", "Report", "Render"])
+def test_a_failing_blender_fails_the_task(job, step):
+    status, output = job(step, status=3)
+    assert status != 0 and len(calls(output)) == 1, "nothing may be run after the failure"
+
+
+@pytest.mark.parametrize("wrong", [{"BakeChunkSize": 0}, {"FirstFrame": -1}, {"CacheFormat": "abc"}, {"Resume": "maybe"}])
+def test_refused(job, wrong):
+    status, output = job("Bake", **wrong)
+    assert status != 0 and not calls(output) and next(iter(wrong)) in output
+
+
+def test_parameters_say_what_they_are():
+    for parameter in open_job.template()["parameterDefinitions"]:
+        assert parameter["description"] and parameter["userInterface"]["label"], json.dumps(parameter)
