@@ -6,7 +6,7 @@ import ast
 import flamenco_manager
 import pytest
 from flamenco_manager import Refused
-from places import FARM
+from places import FARM, options
 
 SETTINGS = {
     "frames": "1-5",
@@ -94,33 +94,41 @@ def test_a_job_bakes_joins_and_then_renders(script):
     depends = {task["name"]: {names[i] for i in task["dependencies"]} for task in job.tasks}
     assert depends == {
         "bake-1-2": set(), "bake-3-4": set(), "bake-5-5": set(), "join": {"bake-1-2", "bake-3-4", "bake-5-5"},
-        "report": {"join"}, "render-1-3": {"join"}, "render-4,5": {"join"},
+        "report": set(), "render-1-3": {"join"}, "render-4,5": {"join"},
     }  # fmt: skip
 
 
 def test_bake_command(script):
-    words = arguments(compiled(script, objects="Ball 'Big Nose' \"D'Arcy\""), "bake-3-4")
+    words = arguments(compiled(script, objects="Ball 'Big Nose' \"D'Arcy\" -x", samples=4), "bake-3-4")
     assert words[:4] == ["--command", "isochor", "bake", SETTINGS["blendfile"]]
-    assert words[words.index("--frames") + 1] == "3-4"
-    assert words[words.index("--part-of") + 1] == "1-5"
-    assert words[words.index("--output") + 1] == SETTINGS["bake_path"]
-    assert words[words.index("--format") + 1] == "pc2"
-    assert [words[i + 1] for i, word in enumerate(words) if word == "--object"] == ["Ball", "Big Nose", "D'Arcy"]
-    assert "--resume" in words
+    assert options(words[4:]) == {
+        "--frames": ["3-4"], "--part-of": ["1-5"], "--resume": [""], "--format": ["pc2"], "--samples": ["4"],
+        "--object": ["Ball", "Big Nose", "D'Arcy", "-x"], "--output": [SETTINGS["bake_path"]],
+    }  # fmt: skip
+
+
+def test_join_and_report_commands(script):
+    job = compiled(script, objects="Ball Nose", samples=4, cache_format="mdd", allow_problems=True)
+    objects = {"--object": ["Ball", "Nose"], "--output": [SETTINGS["bake_path"]], "--frames": ["1-5"]}
+    join, report = arguments(job, "join"), arguments(job, "report")
+    assert join[2:4] == ["join", SETTINGS["blendfile"]] and report[2:4] == ["report", SETTINGS["blendfile"]]
+    saved = {"--save": ["/shared/a shot/isochor/ball-baked.blend"], "--format": ["mdd"], "--samples": ["4"]}
+    assert options(join[4:]) == objects | saved
+    assert options(report[4:]) == objects | {"--allow-problems": [""]}
 
 
 def test_choices_of_the_artist(script):
-    job = compiled(script, cache_format="mdd", resume=False, report=False, render=False)
+    job = compiled(script, cache_format="mdd", resume=False, report=False, render=False, allow_problems=True)
     assert not job.names("render") and not job.names("report")
-    words = arguments(job, "bake-1-2")
-    assert words[words.index("--format") + 1] == "mdd" and "--resume" not in words and "--object" not in words
+    found = options(arguments(job, "bake-1-2")[4:])
+    assert found["--format"] == ["mdd"] and found["--allow-problems"] == [""]
+    assert "--resume" not in found and "--object" not in found
 
 
 def test_render_command_and_steps(script):
     job = compiled(script)
     words = arguments(job, "render-4,5")
-    saved = arguments(job, "join")
-    assert words[0] == saved[saved.index("--save") + 1] == "/shared/a shot/isochor/ball-baked.blend"
+    assert words[0] == options(arguments(job, "join")[4:])["--save"][0] == "/shared/a shot/isochor/ball-baked.blend"
     assert words[words.index("--scene") + 1] == "Scene 1"
     assert words[words.index("--render-frame") + 1] == "4,5"
     assert words[words.index("--render-output") + 1] == "/shared/a shot/2026-01-31_235959/######"
@@ -134,7 +142,7 @@ def test_gaps_in_the_frames_are_baked_but_not_rendered(script):
     job = compiled(script, frames="2, 5-6, 9", bake_chunk_size=5)
     assert job.names("bake") == ["bake-2-6", "bake-7-9"]
     assert job.names("render") == ["render-2,5,6", "render-9"]
-    assert arguments(job, "join")[5] == "2-9"
+    assert options(arguments(job, "join")[4:])["--frames"] == ["2-9"]
 
 
 def test_one_frame(script):

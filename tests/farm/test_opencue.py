@@ -5,6 +5,7 @@ import shlex
 
 import cuebot
 import pytest
+from places import options
 
 WORDS = [
     "/shared/a shot/ball 1.blend", "--frames", "1-5", "--output", "/shared/a shot/isochor", "--bake-chunk", "2",
@@ -23,7 +24,7 @@ def test_layers_chunks_and_dependencies(spec):
     assert {layer.name: (layer.range, layer.chunk) for layer in job.layers} == {
         "bake": ("1-5", 2), "join": ("1", 1), "report": ("1", 1), "render": ("1-5", 3),
     }  # fmt: skip
-    assert job.depends == {("join", "bake"), ("report", "join"), ("render", "join")}
+    assert job.depends == {("join", "bake"), ("render", "join")}
     names = [task.name for task in job.tasks()]
     assert names == [
         "0001-bake", "0003-bake", "0005-bake", "0001-join", "0001-report", "0001-render", "0004-render",
@@ -39,26 +40,32 @@ def test_order_of_elements_is_the_specification_s(spec):
         assert [child.tag for child in layer] == ["cmd", "range", "chunk", "env", "services", "outputs"]
 
 
+def commands(job):
+    """The words of each task's command as the host's shell splits them."""
+    return {task.name: shlex.split(task.commands[0][-1]) for task in job.tasks()}
+
+
 def test_words_of_the_commands(spec):
-    tasks = {task.name: shlex.split(task.commands[0][-1]) for task in spec("--object", "D'Arcy $1", "--object", "B").tasks()}
-    bake = tasks["0005-bake"]
-    assert bake[:7] == ["blender", "--background", "--enable-autoexec", "--command", "isochor", "bake", WORDS[0]]
-    assert bake[bake.index("--frames") + 1] == "5-5" and bake[bake.index("--part-of") + 1] == "1-5"
-    assert [bake[i + 1] for i, word in enumerate(bake) if word == "--object"] == ["D'Arcy $1", "B"]
-    assert "--resume" in bake and bake[bake.index("--output") + 1] == WORDS[4]
-    join, render = tasks["0001-join"], tasks["0004-render"]
-    assert render[3] == join[join.index("--save") + 1] == "/shared/a shot/isochor/ball 1-baked.blend"
-    assert render[-5:] == ["-s", "4", "-e", "5", "-a"]
-    assert "use_overwrite = True" in render[render.index("--python-expr") + 1]
+    found = commands(spec("--object", "D'Arcy $1", "--object=-B", "--samples", "4"))
+    start = ["blender", "--background", "--command", "isochor"]
+    caches = {"--format": ["pc2"], "--samples": ["4"], "--object": ["D'Arcy $1", "-B"], "--output": [WORDS[4]]}
+    saved = "/shared/a shot/isochor/ball 1-baked.blend"
+    assert found["0005-bake"][:6] == [*start, "bake", WORDS[0]] and found["0001-join"][:6] == [*start, "join", WORDS[0]]
+    assert options(found["0005-bake"][6:]) == caches | {"--frames": ["5-5"], "--part-of": ["1-5"], "--resume": [""]}
+    assert options(found["0001-join"][6:]) == caches | {"--frames": ["1-5"], "--save": [saved]}
+    assert found["0001-report"][:6] == [*start, "report", WORDS[0]]
+    assert found["0004-render"][3] == saved and found["0004-render"][-5:] == ["-s", "4", "-e", "5", "-a"]
+    assert "use_overwrite = True" in " ".join(found["0004-render"])
 
 
 def test_choices(spec):
-    job = spec("--no-report", "--no-resume", "--keep-frames", "--format", "mdd", "--blender", "/opt/my blender/blender")
-    tasks = {task.name: shlex.split(task.commands[0][-1]) for task in job.tasks()}
-    assert not [name for name in tasks if "report" in name]
-    assert all(words[0] == "/opt/my blender/blender" for words in tasks.values())
-    assert "--resume" not in tasks["0001-bake"] and "mdd" in tasks["0001-bake"]
-    assert "use_overwrite = False" in tasks["0001-render"][tasks["0001-render"].index("--python-expr") + 1]
+    words = ["--no-report", "--no-resume", "--keep-frames", "--format", "mdd", "--allow-problems"]
+    found = commands(spec(*words, "--blender", "/opt/my blender/blender"))
+    assert not [name for name in found if "report" in name]
+    assert {words[0] for words in found.values()} == {"/opt/my blender/blender"}
+    bake = options(found["0001-bake"][6:])
+    assert bake["--format"] == ["mdd"] and bake["--allow-problems"] == [""] and "--resume" not in bake
+    assert "use_overwrite = False" in " ".join(found["0001-render"])
 
 
 @pytest.mark.parametrize(

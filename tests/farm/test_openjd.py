@@ -5,10 +5,13 @@ import json
 
 import open_job
 import pytest
+from places import options
 
 # Prints its arguments, a word a line, as JSON; and then ends like the real one.
 STAND_IN = '#!/bin/sh\nprintf "CALL"\nfor word; do printf " %s" "$(printf %s "$word" | od -An -v -tx1 | tr -d " \\n")"; done\necho\nexit {}\n'
-OBJECTS = ["D'Arcy \"$HOME\"", "{{Big}} Nose\\n", "é #1"]
+OBJECTS = ["-x", "D'Arcy \"$HOME\"", "{{Big}} Nose\\n", "é #1"]
+START = ["--background", "--command", "isochor"]
+CACHES = {"--format": ["pc2"], "--samples": ["1"], "--output": ["/shared/a shot/isochor"]}
 
 
 @pytest.fixture
@@ -42,40 +45,54 @@ def test_template_is_valid():
 def test_summary_has_the_steps_and_their_order(tmp_path):
     summary = open_job.summary({"BlendFile": "/a.blend", "CacheDir": "/c", "RenderDir": "/r"})
     steps = {step["name"]: [on["step_name"] for on in step.get("dependencies", [])] for step in summary["steps"]}
-    assert steps == {"Bake": [], "Join": ["Bake"], "Report": ["Join"], "Render": ["Join"]}
+    assert steps == {"Bake": [], "Join": ["Bake"], "Report": [], "Render": ["Join"]}
 
 
 def test_bake_commands(job):
-    status, output = job("Bake", Objects="\n".join(OBJECTS))
+    status, output = job("Bake", Objects="\n".join(OBJECTS), Samples=4)
     assert status == 0
     found = calls(output)
-    assert [words[words.index("--frames") + 1] for words in found] == ["1-2", "3-4", "5-5"]
-    for words in found:
-        assert words[:6] == ["--background", "--enable-autoexec", "--command", "isochor", "bake", "/shared/a shot/ball.blend"]
-        assert words[words.index("--part-of") + 1] == "1-5"
-        assert [words[i + 1] for i, word in enumerate(words) if word == "--object"] == OBJECTS
-        assert words[words.index("--output") + 1] == "/shared/a shot/isochor" and words[-1] == "--resume"
+    assert [words[:5] for words in found] == [[*START, "bake", "/shared/a shot/ball.blend"]] * 3
+    rest = {"--part-of": ["1-5"], "--resume": [""]} | CACHES | {"--object": OBJECTS, "--samples": ["4"]}
+    assert [options(words[5:]) for words in found] == [
+        {"--frames": [frames]} | rest for frames in ("1-2", "3-4", "5-5")
+    ]  # fmt: skip
 
 
-def test_render_commands(job):
-    status, output = job("Render")
+def test_join_and_render_commands(job):
+    status, output = job("Render", Objects="Ball")
     assert status == 0
     join, *renders = calls(output)[3:]
-    assert join[4:6] == ["join", "/shared/a shot/ball.blend"]
-    saved = join[join.index("--save") + 1]
-    assert saved == "/shared/a shot/isochor/baked.blend"
+    saved = "/shared/a shot/isochor/baked.blend"
+    assert join[:5] == [*START, "join", "/shared/a shot/ball.blend"]
+    assert options(join[5:]) == CACHES | {"--frames": ["1-5"], "--save": [saved], "--object": ["Ball"]}
     assert [words[-5:] for words in renders] == [["-s", "1", "-e", "3", "-a"], ["-s", "4", "-e", "5", "-a"]]
     for words in renders:
-        assert words[2] == saved and words[words.index("--render-output") + 1] == "/shared/a shot/frame_####"
-        assert "use_overwrite = True" in words[words.index("--python-expr") + 1]
+        assert words[:5] == [START[0], "--enable-autoexec", saved, "--render-output", "/shared/a shot/frame_####"]
+        assert "use_overwrite = True" in " ".join(words)
+
+
+def test_frames_before_zero(job):
+    found = calls(job("Render", FirstFrame=-3, LastFrame=-1)[1])
+    assert options(found[0][5:])["--frames"] == ["-3--2"] and options(found[0][5:])["--part-of"] == ["-3--1"]
+    assert found[-1][-5:] == ["-s", "-3", "-e", "-1", "-a"]
 
 
 def test_choices(job):
-    words = calls(job("Bake", Resume="false", CacheFormat="mdd")[1])[0]
-    assert "--resume" not in words and "--object" not in words and words[words.index("--format") + 1] == "mdd"
-    assert "use_overwrite = False" in calls(job("Render", Overwrite="false")[1])[-1][-6]
-    assert [words[4] for words in calls(job("Report")[1])] == ["bake", "bake", "bake", "join", "report"]
-    assert [words[4] for words in calls(job("Report", Report="false")[1])] == ["bake", "bake", "bake", "join"]
+    bake = options(calls(job("Bake", Resume="false", CacheFormat="mdd", AllowProblems="true")[1])[0][5:])
+    assert bake["--format"] == ["mdd"] and bake["--allow-problems"] == [""]
+    assert "--resume" not in bake and "--object" not in bake
+    assert "use_overwrite = False" in " ".join(calls(job("Render", Overwrite="false")[1])[-1])
+
+
+def test_report(job):
+    (words,) = calls(job("Report", Objects="Ball", AllowProblems="true")[1])
+    assert words[:5] == [*START, "report", "/shared/a shot/ball.blend"]
+    assert options(words[5:]) == {
+        "--frames": ["1-5"], "--object": ["Ball"], "--allow-problems": [""], "--output": ["/shared/a shot/isochor"],
+    }  # fmt: skip
+    status, output = job("Report", Report="false")
+    assert status == 0 and not calls(output)
 
 
 def test_extension_is_installed_for_the_job_alone(job, tmp_path):
@@ -93,7 +110,7 @@ def test_a_failing_blender_fails_the_task(job, step):
     assert status != 0 and len(calls(output)) == 1, "nothing may be run after the failure"
 
 
-@pytest.mark.parametrize("wrong", [{"BakeChunkSize": 0}, {"FirstFrame": -1}, {"CacheFormat": "abc"}, {"Resume": "maybe"}])
+@pytest.mark.parametrize("wrong", [{"BakeChunkSize": 0}, {"Samples": 0}, {"CacheFormat": "abc"}, {"Resume": "maybe"}])
 def test_refused(job, wrong):
     status, output = job("Bake", **wrong)
     assert status != 0 and not calls(output) and next(iter(wrong)) in output

@@ -24,6 +24,10 @@ const JOB_TYPE = {
                      + "Empty: every object with a Volume Lattice" },
         { key: "cache_format", type: "string", choices: ["pc2", "mdd"], default: "pc2", visible: "submission",
           description: "File format of the caches" },
+        { key: "samples", type: "int32", default: 1, propargs: {min: 1}, visible: "submission",
+          description: "Samples to a frame in the caches; more than 1 for motion blur that follows a curve" },
+        { key: "allow_problems", type: "bool", default: false, visible: "submission",
+          description: "Do not fail where the volume could not be kept in some frame" },
         { key: "resume", type: "bool", default: true, visible: "submission",
           description: "Keep chunks that an earlier job of the same name has baked, where they are still valid" },
         { key: "report", type: "bool", default: true, visible: "submission",
@@ -87,10 +91,12 @@ function compileJob(job) {
     }
     job.addTask(join);
 
-    const afterwards = settings.report ? [authorReport(settings)] : [];
-    for (const task of settings.render ? afterwards.concat(authorRenders(settings)) : afterwards) {
-        task.addDependency(join);
-        job.addTask(task);
+    if (settings.report) {
+        job.addTask(authorReport(settings));
+    }
+    for (const render of settings.render ? authorRenders(settings) : []) {
+        render.addDependency(join);
+        job.addTask(render);
     }
 }
 
@@ -104,32 +110,39 @@ function renderOutputPath(job) {
 
 function authorBakes(settings) {
     const whole = wholeRange(settings);
-    // One string of quoted words becomes --object NAME for each.
-    const objects = shellSplit(settings.objects || "").reduce((args, name) => args.concat(["--object", name]), []);
     return frameChunker(whole, settings.bake_chunk_size).map((chunk) => {
-        const args = ["--frames", range(chunk), "--part-of", whole, "--format", settings.cache_format]
-            .concat(objects, settings.resume ? ["--resume"] : []);
-        return isochorTask(`bake-${range(chunk)}`, "bake", settings, args);
+        const part = [`--frames=${range(chunk)}`, `--part-of=${whole}`].concat(settings.resume ? ["--resume"] : []);
+        return isochorTask("bake", `bake-${range(chunk)}`, settings, part.concat(caches(settings), allowing(settings)));
     });
 }
 
 function authorJoin(settings) {
-    return isochorTask("join", "join", settings, ["--frames", wholeRange(settings), "--save", bakedFile(settings)]);
+    const whole = [`--frames=${wholeRange(settings)}`, "--save", bakedFile(settings)];
+    return isochorTask("join", "join", settings, whole.concat(caches(settings)));
 }
 
 function authorReport(settings) {
-    return isochorTask("report", "report", settings, ["--frames", wholeRange(settings)]);
+    return isochorTask("report", "report", settings, [`--frames=${wholeRange(settings)}`].concat(allowing(settings)));
+}
+
+function caches(settings) {
+    return [`--format=${settings.cache_format}`, `--samples=${settings.samples}`];
+}
+
+function allowing(settings) {
+    return settings.allow_problems ? ["--allow-problems"] : [];
 }
 
 // A task that runs `blender … --command isochor SUBCOMMAND BLENDFILE …`.
-function isochorTask(name, subcommand, settings, args) {
+function isochorTask(subcommand, name, settings, args) {
     const task = author.Task(name, "blender");
+    const objects = shellSplit(settings.objects || "").map((object) => `--object=${object}`);
     task.addCommand(author.Command("blender-render", {
         exe: "{blender}",
         exeArgs: "{blenderArgs}",
         argsBefore: ["--command", "isochor", subcommand],
         blendfile: settings.blendfile,
-        args: args.concat(["--output", settings.bake_path]),
+        args: args.concat(objects, ["--output", settings.bake_path]),
     }));
     return task;
 }

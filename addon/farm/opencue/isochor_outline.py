@@ -3,7 +3,7 @@
 """Submits an OpenCue job that bakes the Volume Lattices of a file in chunks, joins them, and renders from the caches.
 
 Use: python isochor_outline.py shot.blend --frames 1-240 --output /shared/shot/isochor --render-output /shared/shot/frame_####
-The layers: bake (in chunks), join (when all are baked), report and render (when joined). Needs pyoutline and pycue
+The layers: bake (in chunks), join (when all are baked), report, and render (when joined). Needs pyoutline and pycue
 (pip install opencue-pyoutline opencue-pycue). With --print the job's specification is printed and nothing is sent.
 """
 
@@ -43,6 +43,8 @@ def parsed(words: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--object", action="append", default=[], help="bake this object; again for more. Default: all")
     parser.add_argument("--bake-chunk", type=positive, default=20, help="frames to bake in one task (default: 20)")
     parser.add_argument("--format", choices=("pc2", "mdd"), default="pc2", help="file format of the caches")
+    parser.add_argument("--samples", type=positive, default=1, help="samples to a frame, for motion blur (default: 1)")
+    parser.add_argument("--allow-problems", action="store_true", help="do not fail where the volume could not be kept")
     parser.add_argument("--no-resume", action="store_true", help="bake chunks again that an earlier job has left")
     parser.add_argument("--no-report", action="store_true", help="do not write the volume by frame as CSV and PNG")
     parser.add_argument("--render-output", help="path of the frames, # for digits; without it nothing is rendered")
@@ -75,15 +77,14 @@ def positive(text: str) -> int:
 
 
 def built(options: argparse.Namespace) -> outline.Outline:
-    """The outline: bake, join, and what follows the join."""
+    """The outline: bake; join, which waits for it; report; render, which waits for the join."""
     name = re.sub(r"\W+", "_", options.name or f"isochor_{options.file.stem}", flags=re.ASCII)
     job = outline.Outline(name, frame_range=_range(options), show=options.show, shot=options.shot, user=options.user)
     bake = _add(job, Shell, "bake", _bake(options), options, LayerType.RENDER, chunk=options.bake_chunk)
     join = _add(job, ShellCommand, "join", _join(options), options, LayerType.UTIL)
     join.depend_all(bake)
     if not options.no_report:
-        report = _isochor(options, "report", ["--frames", _range(options)])
-        _add(job, ShellCommand, "report", report, options, LayerType.UTIL).depend_all(join)
+        _add(job, ShellCommand, "report", _report(options), options, LayerType.UTIL)
     if options.render_output:
         render = _add(job, Shell, "render", _render(options), options, LayerType.RENDER, chunk=options.render_chunk)
         render.depend_all(join)
@@ -101,30 +102,39 @@ def _add(
 
 
 def _bake(options: argparse.Namespace) -> list[str]:
-    objects = [word for name in options.object for word in ("--object", name)]
     resume = [] if options.no_resume else ["--resume"]
-    chunk = ["--frames", "-".join(CHUNK), "--part-of", _range(options), "--format", options.format]
-    return _isochor(options, "bake", [*chunk, *objects, *resume])
+    chunk = [f"--frames={'-'.join(CHUNK)}", f"--part-of={_range(options)}"]
+    return _isochor(options, "bake", [*chunk, *_caches(options), *_allowing(options), *resume])
 
 
 def _join(options: argparse.Namespace) -> list[str]:
-    return _isochor(options, "join", ["--frames", _range(options), "--save", str(_baked(options))])
+    whole = [f"--frames={_range(options)}", "--save", str(_baked(options))]
+    return _isochor(options, "join", [*whole, *_caches(options)])
+
+
+def _report(options: argparse.Namespace) -> list[str]:
+    return _isochor(options, "report", [f"--frames={_range(options)}", *_allowing(options)])
 
 
 def _isochor(options: argparse.Namespace, subcommand: str, words: list[str]) -> list[str]:
-    start = [*_blender(options), "--command", "isochor", subcommand, str(options.file)]
-    return [*start, *words, "--output", str(options.output)]
+    start = [options.blender, "--background", "--command", "isochor", subcommand, str(options.file)]
+    objects = [f"--object={name}" for name in options.object]
+    return [*start, *words, *objects, "--output", str(options.output)]
+
+
+def _caches(options: argparse.Namespace) -> list[str]:
+    return [f"--format={options.format}", f"--samples={options.samples}"]
+
+
+def _allowing(options: argparse.Namespace) -> list[str]:
+    return ["--allow-problems"] if options.allow_problems else []
 
 
 def _render(options: argparse.Namespace) -> list[str]:
     settings = ["--python-exit-code", "1", "--python-expr", RENDER_SETTINGS.format(not options.keep_frames)]
     first, last = CHUNK
-    output = ["--render-output", options.render_output]
-    return [*_blender(options), str(_baked(options)), *output, *settings, "-s", first, "-e", last, "-a"]
-
-
-def _blender(options: argparse.Namespace) -> list[str]:
-    return [options.blender, "--background", "--enable-autoexec"]
+    start = [options.blender, "--background", "--enable-autoexec", str(_baked(options))]
+    return [*start, "--render-output", options.render_output, *settings, "-s", first, "-e", last, "-a"]
 
 
 def _baked(options: argparse.Namespace) -> Path:
