@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Isochor: a lattice modifier that keeps the volume."""
 
-from .tool import handlers
-from .ui import adding, menus, preferences, removing, sidebar
+from .tool import command_line, handlers
+from .ui import adding, baking, menus, preferences, removing, sidebar
 
-PARTS = (preferences, handlers, adding, removing, menus, sidebar)
+PARTS = (preferences, handlers, adding, removing, baking, menus, sidebar, command_line)
 
 
 def register() -> None:
