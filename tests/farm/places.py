@@ -7,7 +7,7 @@ FARM = Path(__file__).resolve().parents[2] / "addon" / "farm"
 
 
 def options(words: list[str]) -> dict[str, list[str]]:
-    """The options of one of our commands, as given: --name=value, --name value or a --flag; each with all its values."""
+    """The options of a command as given, --name=value, --name value or --flag: each with all its values."""
     found: dict[str, list[str]] = {}
     rest = list(words)
     while rest:

@@ -55,18 +55,23 @@ def arguments(job, name):
 def test_job_type_has_what_flamenco_shows(script):
     job_type = script.job_type()
     assert job_type.keys() == {"label", "description", "settings"}
-    assert job_type["label"] and job_type["description"]
+    assert job_type["label"]
+    assert job_type["description"]
 
 
 def test_settings_are_of_flamenco_s_kinds(declared):
     assert len({setting["key"] for setting in declared}) == len(declared)
     for setting in declared:
-        assert setting.keys() <= KEYS and setting["key"].isidentifier() and setting["description"], setting
+        assert setting.keys() <= KEYS, setting
+        assert setting["key"].isidentifier(), setting
+        assert setting["description"], setting
         assert setting.get("visible", "visible") in VISIBLE
         if "subtype" in setting:
-            assert setting["type"] == "string" and setting["subtype"] in SUBTYPES
+            assert setting["type"] == "string"
+            assert setting["subtype"] in SUBTYPES
         if "choices" in setting:
-            assert setting["type"] == "string" and setting["default"] in setting["choices"]
+            assert setting["type"] == "string"
+            assert setting["default"] in setting["choices"]
         if "default" in setting:
             assert type(setting["default"]) is TYPES[setting["type"]]
         if "evalInfo" in setting:
@@ -80,7 +85,7 @@ def test_expressions_use_what_flamenco_s_addon_gives_them(declared):
 
 
 def test_settings_without_a_field_have_a_value(declared):
-    """What the submitter's panel does not show must come from an expression, a default or, the blend file, the add-on."""
+    """What the panel does not show must come from an expression, a default or, for the blend file, the add-on."""
     for setting in declared:
         if setting.get("visible", "visible") in {"hidden", "web"}:
             assert "eval" in setting or "default" in setting or setting["key"] == "blendfile", setting["key"]
@@ -111,7 +116,8 @@ def test_join_and_report_commands(script):
     job = compiled(script, objects="Ball Nose", samples=4, cache_format="mdd", allow_problems=True)
     objects = {"--object": ["Ball", "Nose"], "--output": [SETTINGS["bake_path"]], "--frames": ["1-5"]}
     join, report = arguments(job, "join"), arguments(job, "report")
-    assert join[2:4] == ["join", SETTINGS["blendfile"]] and report[2:4] == ["report", SETTINGS["blendfile"]]
+    assert join[2:4] == ["join", SETTINGS["blendfile"]]
+    assert report[2:4] == ["report", SETTINGS["blendfile"]]
     saved = {"--save": ["/shared/a shot/isochor/ball-baked.blend"], "--format": ["mdd"], "--samples": ["4"]}
     assert options(join[4:]) == objects | saved
     assert options(report[4:]) == objects | {"--allow-problems": [""]}
@@ -119,10 +125,13 @@ def test_join_and_report_commands(script):
 
 def test_choices_of_the_artist(script):
     job = compiled(script, cache_format="mdd", resume=False, report=False, render=False, allow_problems=True)
-    assert not job.names("render") and not job.names("report")
+    assert not job.names("render")
+    assert not job.names("report")
     found = options(arguments(job, "bake-1-2")[4:])
-    assert found["--format"] == ["mdd"] and found["--allow-problems"] == [""]
-    assert "--resume" not in found and "--object" not in found
+    assert found["--format"] == ["mdd"]
+    assert found["--allow-problems"] == [""]
+    assert "--resume" not in found
+    assert "--object" not in found
 
 
 def test_render_command_and_steps(script):
@@ -147,7 +156,8 @@ def test_gaps_in_the_frames_are_baked_but_not_rendered(script):
 
 def test_one_frame(script):
     job = compiled(script, frames="7")
-    assert job.names("bake") == ["bake-7-7"] and job.names("render") == ["render-7"]
+    assert job.names("bake") == ["bake-7-7"]
+    assert job.names("render") == ["render-7"]
 
 
 @pytest.mark.parametrize(

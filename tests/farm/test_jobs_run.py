@@ -63,7 +63,8 @@ def assert_same_frames(folder, reference):
 
 
 def assert_done(run):
-    assert not run.failed() and None not in run.status.values()
+    assert not run.failed()
+    assert None not in run.status.values()
     assert run.most_at_once == 2
 
 
@@ -72,8 +73,10 @@ def test_flamenco_job(flamenco, place, reference):
     assert_done(run)
     assert_same_caches(place / "isochor", reference)
     assert_same_frames(place / "2026-01-31_235959", reference)
-    assert (place / "isochor" / "volume.csv").is_file() and (place / "isochor" / "volume.png").is_file()
-    assert "Progress: 100%" in run.output["bake-1-2"] and "openjd_progress: 100" in run.output["bake-1-2"]
+    assert (place / "isochor" / "volume.csv").is_file()
+    assert (place / "isochor" / "volume.png").is_file()
+    assert "Progress: 100%" in run.output["bake-1-2"]
+    assert "openjd_progress: 100" in run.output["bake-1-2"]
 
 
 def test_opencue_job(blender, shot, place, reference, tmp_path):
@@ -131,7 +134,8 @@ def test_one_object_alone(flamenco, place, reference):
 def test_a_failing_chunk_stops_what_follows(flamenco):
     run = run_all(flamenco(objects="Bell", report=False))
     assert set(run.failed()) == {"bake-1-2", "bake-3-4", "bake-5-5"}
-    assert run.status["join"] is None and run.status["render-1-3"] is None
+    assert run.status["join"] is None
+    assert run.status["render-1-3"] is None
     assert "Bell" in run.output["bake-1-2"]
 
 
@@ -149,7 +153,8 @@ def test_submitted_again_it_resumes(flamenco, place, reference):
     for cache in (place / "isochor").glob("*.pc2"):
         cache.unlink()
     assert_done(run_all(flamenco(**settings)))
-    assert {path: path.stat().st_mtime_ns for path in kept} == kept and lost.is_file()
+    assert {path: path.stat().st_mtime_ns for path in kept} == kept
+    assert lost.is_file()
     assert_same_caches(place / "isochor", reference)
 
 
@@ -157,7 +162,6 @@ def test_join_refuses_while_a_part_is_missing(flamenco, place):
     tasks = flamenco(render=False, report=False)
     join = next(task for task in tasks if task.name == "join")
     run = run_all([tasks[0], Task(join.name, join.commands, (0,))])
-    assert run.failed() == ["join"] and "3-5" in run.output["join"]
+    assert run.failed() == ["join"]
+    assert "3-5" in run.output["join"]
     assert not list((place / "isochor").glob("*.pc2"))
-
-

@@ -50,11 +50,13 @@ def test_words_of_the_commands(spec):
     start = ["blender", "--background", "--command", "isochor"]
     caches = {"--format": ["pc2"], "--samples": ["4"], "--object": ["D'Arcy $1", "-B"], "--output": [WORDS[4]]}
     saved = "/shared/a shot/isochor/ball 1-baked.blend"
-    assert found["0005-bake"][:6] == [*start, "bake", WORDS[0]] and found["0001-join"][:6] == [*start, "join", WORDS[0]]
+    assert found["0005-bake"][:6] == [*start, "bake", WORDS[0]]
+    assert found["0001-join"][:6] == [*start, "join", WORDS[0]]
     assert options(found["0005-bake"][6:]) == caches | {"--frames": ["5-5"], "--part-of": ["1-5"], "--resume": [""]}
     assert options(found["0001-join"][6:]) == caches | {"--frames": ["1-5"], "--save": [saved]}
     assert found["0001-report"][:6] == [*start, "report", WORDS[0]]
-    assert found["0004-render"][3] == saved and found["0004-render"][-5:] == ["-s", "4", "-e", "5", "-a"]
+    assert found["0004-render"][3] == saved
+    assert found["0004-render"][-5:] == ["-s", "4", "-e", "5", "-a"]
     assert "use_overwrite = True" in " ".join(found["0004-render"])
 
 
@@ -64,14 +66,22 @@ def test_choices(spec):
     assert not [name for name in found if "report" in name]
     assert {words[0] for words in found.values()} == {"/opt/my blender/blender"}
     bake = options(found["0001-bake"][6:])
-    assert bake["--format"] == ["mdd"] and bake["--allow-problems"] == [""] and "--resume" not in bake
+    assert bake["--format"] == ["mdd"]
+    assert bake["--allow-problems"] == [""]
+    assert "--resume" not in bake
     assert "use_overwrite = False" in " ".join(found["0001-render"])
 
 
 @pytest.mark.parametrize(
     ("wrong", "told"),
-    [(["--frames", "5-1"], "5-1"), (["--frames", "a"], "'a'"), (["--bake-chunk", "0"], "'0'"), (["--format", "abc"], "abc")],
+    [
+        (["--frames", "5-1"], "5-1"),
+        (["--frames", "a"], "'a'"),
+        (["--bake-chunk", "0"], "'0'"),
+        (["--format", "abc"], "abc"),
+    ],
 )
 def test_refused(tmp_path, wrong, told):
     status, output = cuebot.ran_submitter([*WORDS, *wrong, "--print"], tmp_path)
-    assert status == 2 and told in output
+    assert status == 2
+    assert told in output

@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The Open Job Description template: valid, and its steps run the commands the job needs, whatever the names."""
 
-import json
-
 import open_job
 import pytest
 from places import options
 
-# Prints its arguments, a word a line, as JSON; and then ends like the real one.
-STAND_IN = '#!/bin/sh\nprintf "CALL"\nfor word; do printf " %s" "$(printf %s "$word" | od -An -v -tx1 | tr -d " \\n")"; done\necho\nexit {}\n'
-OBJECTS = ["-x", "D'Arcy \"$HOME\"", "{{Big}} Nose\\n", "é #1"]
+# Prints its arguments in hexadecimal, whatever is in them, and ends with the status that is filled in.
+STAND_IN = """#!/bin/sh
+printf CALL
+for word; do printf " %s" "$(printf %s "$word" | od -An -v -tx1 | tr -d " \\n")"; done
+echo
+exit {}
+"""
+OBJECTS = ["-x", 'D\'Arcy "$HOME"', "{{Big}} Nose\\n", "é #1"]
 START = ["--background", "--command", "isochor"]
 CACHES = {"--format": ["pc2"], "--samples": ["1"], "--output": ["/shared/a shot/isochor"]}
 
@@ -23,8 +26,9 @@ def job(tmp_path):
         blender.write_text(STAND_IN.format(status))
         blender.chmod(0o755)
         parameters = {
-            "BlendFile": "/shared/a shot/ball.blend", "CacheDir": "/shared/a shot/isochor", "RenderDir": "/shared/a shot",
-            "FirstFrame": 1, "LastFrame": 5, "BakeChunkSize": 2, "RenderChunkSize": 3, "Blender": str(blender),
+            "BlendFile": "/shared/a shot/ball.blend", "CacheDir": "/shared/a shot/isochor",
+            "RenderDir": "/shared/a shot", "FirstFrame": 1, "LastFrame": 5, "BakeChunkSize": 2, "RenderChunkSize": 3,
+            "Blender": str(blender),
         } | changed  # fmt: skip
         return open_job.run(step, parameters, tmp_path)
 
@@ -74,14 +78,17 @@ def test_join_and_render_commands(job):
 
 def test_frames_before_zero(job):
     found = calls(job("Render", FirstFrame=-3, LastFrame=-1)[1])
-    assert options(found[0][5:])["--frames"] == ["-3--2"] and options(found[0][5:])["--part-of"] == ["-3--1"]
+    assert options(found[0][5:])["--frames"] == ["-3--2"]
+    assert options(found[0][5:])["--part-of"] == ["-3--1"]
     assert found[-1][-5:] == ["-s", "-3", "-e", "-1", "-a"]
 
 
 def test_choices(job):
     bake = options(calls(job("Bake", Resume="false", CacheFormat="mdd", AllowProblems="true")[1])[0][5:])
-    assert bake["--format"] == ["mdd"] and bake["--allow-problems"] == [""]
-    assert "--resume" not in bake and "--object" not in bake
+    assert bake["--format"] == ["mdd"]
+    assert bake["--allow-problems"] == [""]
+    assert "--resume" not in bake
+    assert "--object" not in bake
     assert "use_overwrite = False" in " ".join(calls(job("Render", Overwrite="false")[1])[-1])
 
 
@@ -92,14 +99,17 @@ def test_report(job):
         "--frames": ["1-5"], "--object": ["Ball"], "--allow-problems": [""], "--output": ["/shared/a shot/isochor"],
     }  # fmt: skip
     status, output = job("Report", Report="false")
-    assert status == 0 and not calls(output)
+    assert status == 0
+    assert not calls(output)
 
 
 def test_extension_is_installed_for_the_job_alone(job, tmp_path):
     package = tmp_path / "my isochor.zip"
     package.write_bytes(b"")
     status, output = job("Join", Extension=str(package))
-    assert status == 0 and calls(output)[0][:2] == ["--command", "extension"] and str(package) in calls(output)[0]
+    assert status == 0
+    assert calls(output)[0][:2] == ["--command", "extension"]
+    assert str(package) in calls(output)[0]
     assert "openjd_env: BLENDER_USER_RESOURCES=" in output
     assert "extension" not in calls(job("Join")[1])[0]
 
@@ -107,15 +117,19 @@ def test_extension_is_installed_for_the_job_alone(job, tmp_path):
 @pytest.mark.parametrize("step", ["Bake", "Join", "Report", "Render"])
 def test_a_failing_blender_fails_the_task(job, step):
     status, output = job(step, status=3)
-    assert status != 0 and len(calls(output)) == 1, "nothing may be run after the failure"
+    assert status != 0
+    assert len(calls(output)) == 1, "nothing may be run after the failure"
 
 
 @pytest.mark.parametrize("wrong", [{"BakeChunkSize": 0}, {"Samples": 0}, {"CacheFormat": "abc"}, {"Resume": "maybe"}])
 def test_refused(job, wrong):
     status, output = job("Bake", **wrong)
-    assert status != 0 and not calls(output) and next(iter(wrong)) in output
+    assert status != 0
+    assert not calls(output)
+    assert next(iter(wrong)) in output
 
 
 def test_parameters_say_what_they_are():
     for parameter in open_job.template()["parameterDefinitions"]:
-        assert parameter["description"] and parameter["userInterface"]["label"], json.dumps(parameter)
+        assert parameter["description"], parameter
+        assert parameter["userInterface"]["label"], parameter

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Submits an OpenCue job that bakes the Volume Lattices of a file in chunks, joins them, and renders from the caches.
 
-Use: python isochor_outline.py shot.blend --frames 1-240 --output /shared/shot/isochor --render-output /shared/shot/frame_####
+Use: python isochor_outline.py shot.blend --frames 1-240 --output DIR --render-output DIR/frame_####
 The layers: bake (in chunks), join (when all are baked), report, and render (when joined). Needs pyoutline and pycue
 (pip install opencue-pyoutline opencue-pycue). With --print the job's specification is printed and nothing is sent.
 """
@@ -21,7 +21,9 @@ from outline.modules.shell import Shell, ShellCommand
 
 # Cuebot writes the ends of a frame's chunk in the place of these.
 CHUNK = ("#FRAME_START#", "#FRAME_END#")
-RENDER_SETTINGS = "import bpy; render = bpy.context.scene.render; render.use_file_extension = True; render.use_overwrite = {}"
+RENDER_SETTINGS = (
+    "import bpy; render = bpy.context.scene.render; render.use_file_extension = True; render.use_overwrite = {}"
+)
 
 
 def main(words: Sequence[str]) -> None:
@@ -39,7 +41,7 @@ def parsed(words: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description="Submits an OpenCue job that bakes, joins, reports and renders.")
     parser.add_argument("file", type=Path, help="the blend file, where the farm's hosts see it")
     parser.add_argument("--frames", type=frame_range, required=True, metavar="FIRST-LAST", help="bake and render these")
-    parser.add_argument("--output", type=Path, required=True, help="folder of the chunks, caches, report and baked file")
+    parser.add_argument("--output", type=Path, required=True, help="folder of chunks, caches, report and baked file")
     parser.add_argument("--object", action="append", default=[], help="bake this object; again for more. Default: all")
     parser.add_argument("--bake-chunk", type=positive, default=20, help="frames to bake in one task (default: 20)")
     parser.add_argument("--format", choices=("pc2", "mdd"), default="pc2", help="file format of the caches")
@@ -92,11 +94,17 @@ def built(options: argparse.Namespace) -> outline.Outline:
 
 
 def _add(
-    job: outline.Outline, module: type, name: str, command: list[str], options: argparse.Namespace, kind: str, **more: int
+    job: outline.Outline,
+    module: type[outline.layer.Layer],
+    name: str,
+    command: list[str],
+    options: argparse.Namespace,
+    kind: LayerType,
+    **more: int,
 ) -> outline.layer.Layer:
     """A layer of the job; its words are quoted, for a host runs them through a shell."""
-    quoted = [shlex.quote(word) for word in command]
-    layer = module(name, command=quoted, type=kind, service=options.service, range=_range(options), **more)
+    quoted, where = [shlex.quote(word) for word in command], {"service": options.service, "range": _range(options)}
+    layer = module(name, command=quoted, type=kind, **where, **more)
     job.add_layer(layer)
     return layer
 
