@@ -65,12 +65,13 @@ class ISOCHOR_OT_bake(Stepping, bpy.types.Operator):
         name="Folder",
         description="Where the files go, for files: each is named after its object",
         subtype="DIR_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
     )
     filepath: bpy.props.StringProperty(
         name="File",
         description="The file itself, where one object is baked; empty for one in the folder",
         subtype="FILE_PATH",
-        options={"SKIP_SAVE"},
+        options={"SKIP_SAVE", "PATH_SUPPORTS_BLEND_RELATIVE"},
     )
 
     @classmethod
