@@ -2,9 +2,9 @@
 """Isochor: a lattice modifier that keeps the volume."""
 
 from .tool import handlers
-from .ui import adding, menus, overlay, preferences, removing, sidebar
+from .ui import adding, measuring, menus, overlay, preferences, removing, sidebar, volume_curve
 
-PARTS = (preferences, handlers, adding, removing, menus, sidebar, overlay)
+PARTS = (preferences, handlers, adding, removing, measuring, menus, sidebar, overlay, volume_curve)
 
 
 def register() -> None:

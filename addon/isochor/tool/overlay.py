@@ -3,18 +3,14 @@
 
 import logging
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import bpy
 import gpu
-import numpy as np
 from bpy.app.handlers import persistent
-from gpu_extras.batch import batch_for_shader
 
-from ..core.isolines import Drawing, colours, lengths
-from . import overlay_geometry, overlay_legend, overlay_settings
-from .overlay_geometry import Key, Shown
+from . import overlay_batches, overlay_geometry, overlay_legend, overlay_settings
+from .overlay_geometry import Shown
 
 LINE, FAINT = (0.25, 0.78, 0.86, 1.0), (0.95, 0.95, 0.95, 0.45)
 """Colours of the corrected lattice and of the deformed space."""
@@ -22,7 +18,6 @@ LINE, FAINT = (0.25, 0.78, 0.86, 1.0), (0.95, 0.95, 0.95, 0.45)
 log = logging.getLogger(__name__)
 _complaints: set[str] = set()
 _handles: list[Any] = []
-_batches: dict[Key, tuple[Drawing, float, dict[str, gpu.types.GPUBatch]]] = {}
 
 
 def draw_view() -> None:
@@ -69,20 +64,24 @@ def full_colour(settings: overlay_settings.IsochorOverlay, found: list[Shown]) -
 def _draw_view(context: bpy.types.Context, settings: overlay_settings.IsochorOverlay) -> None:
     found = in_view(context, settings)
     scale = full_colour(settings, found)
-    before = gpu.state.depth_test_get(), gpu.state.blend_get()
+    before = gpu.state.depth_test_get(), gpu.state.depth_mask_get(), gpu.state.blend_get()
     gpu.state.depth_test_set("NONE" if settings.in_front else "LESS_EQUAL")
+    gpu.state.depth_mask_set(False)
     gpu.state.blend_set("ALPHA")
     gpu.state.program_point_size_set(True)
     try:
         for one in found:
             with gpu.matrix.push_pop():
                 gpu.matrix.multiply_matrix(one.to_world)
-                _draw_one(settings, _batches_of(one, scale), context.preferences.system.ui_scale)
+                _draw_one(settings, overlay_batches.batches_of(one, scale), context.preferences.system.ui_scale)
     finally:
         gpu.state.depth_test_set(before[0])
-        gpu.state.blend_set(before[1])
+        gpu.state.depth_mask_set(before[1])
+        gpu.state.blend_set(before[2])
         gpu.state.program_point_size_set(False)
-    _forget_all_but(context)
+    there = overlay_geometry.keys_of_file()
+    overlay_geometry.forget_all_but(there)
+    overlay_batches.forget_all_but(there)
 
 
 def _draw_one(settings: overlay_settings.IsochorOverlay, batches: dict[str, gpu.types.GPUBatch], scale: float) -> None:
@@ -92,7 +91,7 @@ def _draw_one(settings: overlay_settings.IsochorOverlay, batches: dict[str, gpu.
         _draw_lines(batches["lattice"], settings.line_width * scale, LINE)
     if settings.show_points:
         _draw_lines(batches["paths"], settings.line_width * scale, None)
-        shader = _shader("POINT_FLAT_COLOR")
+        shader = overlay_batches.shader("POINT_FLAT_COLOR")
         shader.bind()
         shader.uniform_float("size", settings.point_size * scale)
         batches["points"].draw(shader)
@@ -100,7 +99,7 @@ def _draw_one(settings: overlay_settings.IsochorOverlay, batches: dict[str, gpu.
 
 def _draw_lines(batch: gpu.types.GPUBatch, width: float, colour: tuple[float, ...] | None) -> None:
     """One colour, or those of the points where it is None."""
-    shader = _shader("POLYLINE_SMOOTH_COLOR" if colour is None else "POLYLINE_UNIFORM_COLOR")
+    shader = overlay_batches.shader("POLYLINE_SMOOTH_COLOR" if colour is None else "POLYLINE_UNIFORM_COLOR")
     shader.bind()
     shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
     shader.uniform_float("lineWidth", width)
@@ -109,51 +108,11 @@ def _draw_lines(batch: gpu.types.GPUBatch, width: float, colour: tuple[float, ..
     batch.draw(shader)
 
 
-def _batches_of(one: Shown, scale: float) -> dict[str, gpu.types.GPUBatch]:
-    """On the graphics card, sent there anew only where the drawing or the scale of its colours has changed."""
-    before = _batches.get(one.key)
-    if before is not None and before[0] is one.drawing and before[1] == scale:
-        return before[2]
-    sent = _send(one, scale)
-    _batches[one.key] = (one.drawing, scale, sent)
-    return sent
-
-
-def _send(one: Shown, scale: float) -> dict[str, gpu.types.GPUBatch]:
-    found = one.drawing
-    moved = lengths(found.moved, np.array(one.to_world, np.float64))
-    tints = colours(moved / scale if scale > 0.0 else np.zeros_like(moved))
-    parts = {
-        "lattice": ("POLYLINE_UNIFORM_COLOR", "LINES", {"pos": found.lattice}),
-        "isolines": ("POLYLINE_UNIFORM_COLOR", "LINES", {"pos": found.isolines}),
-        "paths": ("POLYLINE_SMOOTH_COLOR", "LINES", {"pos": found.paths, "color": np.repeat(tints, 2, axis=0)}),
-        "points": ("POINT_FLAT_COLOR", "POINTS", {"pos": found.points, "color": tints}),
-    }
-    return {
-        name: batch_for_shader(_shader(shader), kind, content)
-        for name, (shader, kind, content) in parts.items()
-        if len(content["pos"])
-    }
-
-
-@cache
-def _shader(name: str) -> gpu.types.GPUShader:
-    return gpu.shader.from_builtin(name)
-
-
 def _draw_pixels(context: bpy.types.Context, settings: overlay_settings.IsochorOverlay) -> None:
     if settings.show_points and settings.show_legend:
         found = in_view(context, settings)
         if found:
             overlay_legend.draw(context, full_colour(settings, found))
-
-
-def _forget_all_but(context: bpy.types.Context) -> None:
-    """Lets go of what belongs to objects that are gone; those hidden in this view may be shown in another."""
-    there = overlay_geometry.keys_of_file()
-    overlay_geometry.forget_all_but(there)
-    for key in _batches.keys() - there:
-        del _batches[key]
 
 
 @persistent
@@ -164,9 +123,9 @@ def file_loaded(*_arguments: object) -> None:
 
 def clear() -> None:
     """Lets go of all that was drawn."""
-    _batches.clear()
+    overlay_batches.forget_all_but(set())
     _complaints.clear()
-    overlay_geometry.clear()
+    overlay_geometry.forget_all_but(set())
 
 
 def register() -> None:

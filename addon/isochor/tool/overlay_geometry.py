@@ -40,11 +40,6 @@ class _Made:
 _made: dict[Key, _Made] = {}
 
 
-def clear() -> None:
-    """Forgets every drawing."""
-    _made.clear()
-
-
 def modifiers_in_view(
     view_layer: bpy.types.ViewLayer, visible: Callable[[bpy.types.Object], bool], only_selected: bool
 ) -> list[tuple[bpy.types.Object, bpy.types.NodesModifier]]:

@@ -3,11 +3,10 @@
 
 import blf
 import bpy
-import gpu
 import numpy as np
-from gpu_extras.batch import batch_for_shader
 
 from ..core.isolines import RAMP
+from . import overlay_batches
 
 TITLE = "Moved by the correction"
 WIDTH, HEIGHT, FOOT = 160.0, 8.0, 34.0
@@ -49,11 +48,10 @@ def written(length: float, settings: bpy.types.UnitSettings) -> str:
 
 
 def _ramp(left: float, foot: float, width: float, height: float) -> None:
-    shader = gpu.shader.from_builtin("SMOOTH_COLOR")
     x = left + width * np.linspace(0.0, 1.0, len(RAMP))
     corners = np.array([(place, y, 0.0) for place in x for y in (foot, foot + height)], np.float32)
-    batch = batch_for_shader(shader, "TRI_STRIP", {"pos": corners, "color": np.repeat(RAMP, 2, axis=0)})
-    batch.draw(shader)
+    batch = overlay_batches.batch("TRI_STRIP", {"pos": corners, "color": np.repeat(RAMP, 2, axis=0)})
+    batch.draw(overlay_batches.shader("SMOOTH_COLOR"))
 
 
 def _text(text: str, x: float, y: float, scale: float, colour: tuple[float, ...], share: float) -> None:

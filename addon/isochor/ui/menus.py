@@ -4,10 +4,12 @@
 import bpy
 
 from .adding import ISOCHOR_OT_add
+from .measuring import ISOCHOR_OT_measure_volume
 from .removing import ISOCHOR_OT_remove
 
 ENTRIES = (
     (ISOCHOR_OT_add.bl_idname, "MOD_LATTICE"),
+    (ISOCHOR_OT_measure_volume.bl_idname, "FCURVE"),
     (ISOCHOR_OT_remove.bl_idname, "X"),
 )
 """Operator and icon of each line of Object, Volume Lattice."""
