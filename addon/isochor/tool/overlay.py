@@ -30,12 +30,17 @@ def draw_pixels() -> None:
     guarded(_draw_pixels)
 
 
+def current_context() -> bpy.types.Context:
+    """What Blender is drawing."""
+    return bpy.context
+
+
 def guarded(draw: Callable[[bpy.types.Context, overlay_settings.IsochorOverlay], None]) -> None:
     """Draws where the overlay is on. A fault is told once, not at every redraw, and never reaches Blender's drawing."""
-    context = bpy.context
+    context = current_context()
     try:
         settings = overlay_settings.of(context.workspace)
-        if settings.show and context.space_data.overlay.show_overlays:
+        if settings.show and context.space_data is not None and context.space_data.overlay.show_overlays:
             draw(context, settings)
     except Exception as fault:
         if str(fault) not in _complaints:
