@@ -73,10 +73,7 @@ def test_what_is_exported_comes_back_as_it_was_seen(
     tmp_path: Path, suffix: str, through: Callable[[Path, str], None], mode: str
 ):
     ball = bouncing()
-    if mode == "RENDER":
-        wanted = baked_world_shapes(ball, tmp_path / "Ball.pc2")
-    else:
-        wanted = world_shapes(ball)
+    wanted = baked_world_shapes(ball, tmp_path / "Ball.pc2") if mode == "RENDER" else world_shapes(ball)
     assert np.ptp(wanted[3], axis=0)[2] < 0.8 * np.ptp(wanted[0], axis=0)[2]
     bpy.context.scene.frame_set(3)
     scenes.choose(ball)
