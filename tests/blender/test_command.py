@@ -199,6 +199,9 @@ def test_report_measures_the_volume_of_every_frame(film, tmp_path, capsys):
         assert float(row["after"]) == pytest.approx(scenes.volume(mesh), rel=1e-12)
         assert float(row["target"]) == pytest.approx(scenes.volume(ball.data), rel=1e-9)
     assert float(rows[8]["before"]) < 0.6 * float(rows[8]["target"])
+    curve = bpy.data.images.load(str(out / "volume.png"))
+    assert tuple(curve.size) == (800, 2 * 400)
+    assert len(np.unique(np.array(curve.pixels).reshape(-1, 4), axis=0)) > 5
     capsys.readouterr()
     assert command("report", film, "--frames", "5", "--object", "Ball") == 0
     printed = capsys.readouterr().out
