@@ -8,10 +8,14 @@ runs it as a shell script.
 import os
 import sys
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import grpc
+from opencue_proto import cue_pb2, cue_pb2_grpc, job_pb2, job_pb2_grpc
 from places import FARM
 from running import Task, ran
 
@@ -68,7 +72,40 @@ def printed(words: Sequence[str | Path], sessions: Path) -> str:
     return output[output.index("<?xml") :]
 
 
-def ran_submitter(words: Sequence[str | Path], sessions: Path) -> tuple[int, str]:
+def ran_submitter(words: Sequence[str | Path], sessions: Path, server: str = "") -> tuple[int, str]:
     """Exit status and output of the program that submits; pyoutline keeps its sessions in that folder."""
     program = [sys.executable, str(FARM / "opencue" / "isochor_outline.py"), *map(str, words)]
-    return ran(program, env={**os.environ, "OUTLINE_OUTLINE_SESSION_DIR": str(sessions)})
+    return ran(program, env={**os.environ, "OUTLINE_OUTLINE_SESSION_DIR": str(sessions), "CUEBOT_HOSTS": server})
+
+
+class _Statistics(cue_pb2_grpc.CueInterfaceServicer):
+    """What a client asks first, to see whether somebody answers."""
+
+    def GetSystemStats(self, request, context):  # noqa: N802
+        return cue_pb2.CueGetSystemStatsResponse()
+
+
+class _Jobs(job_pb2_grpc.JobInterfaceServicer):
+    """Takes specifications and keeps them."""
+
+    def __init__(self) -> None:
+        self.taken: list[str] = []
+
+    def LaunchSpecAndWait(self, request, context):  # noqa: N802
+        self.taken.append(request.spec)
+        job = job_pb2.Job(id="1", name=f"film-010-somebody_{Spec(request.spec).name}")
+        return job_pb2.JobLaunchSpecAndWaitResponse(jobs=job_pb2.JobSeq(jobs=[job]))
+
+
+@contextmanager
+def listening() -> Iterator[tuple[str, list[str]]]:
+    """A server on this machine that speaks Cuebot's protocol as far as submitting goes: where, and what it was sent."""
+    jobs, server = _Jobs(), grpc.server(ThreadPoolExecutor(1))
+    cue_pb2_grpc.add_CueInterfaceServicer_to_server(_Statistics(), server)
+    job_pb2_grpc.add_JobInterfaceServicer_to_server(jobs, server)
+    port = server.add_insecure_port("127.0.0.1:0")
+    server.start()
+    try:
+        yield f"127.0.0.1:{port}", jobs.taken
+    finally:
+        server.stop(None)

@@ -72,6 +72,17 @@ def test_choices(spec):
     assert "use_overwrite = False" in " ".join(found["0001-render"])
 
 
+def test_submitted_over_cuebot_s_protocol(spec, tmp_path):
+    with cuebot.listening() as (server, taken):
+        status, output = cuebot.ran_submitter([*WORDS, "--pause", "--name", "night 1"], tmp_path, server)
+    assert status == 0
+    assert output.splitlines()[-1] == "film-010-somebody_night_1"
+    (sent,) = map(cuebot.Spec, taken)
+    assert [task.commands for task in sent.tasks()] == [task.commands for task in spec().tasks()]
+    assert sent.root.findtext("job/paused") == "True"
+    assert [sent.root.findtext(tag) for tag in ("show", "shot")] == ["film", "010"]
+
+
 @pytest.mark.parametrize(
     ("wrong", "told"),
     [
