@@ -2,6 +2,7 @@
 """The OpenCue outline: pyoutline makes of it the layers, chunks and dependencies that the job needs."""
 
 import shlex
+from pathlib import Path
 
 import cuebot
 import pytest
@@ -70,6 +71,11 @@ def test_choices(spec):
     assert bake["--allow-problems"] == [""]
     assert "--resume" not in bake
     assert "use_overwrite = False" in " ".join(found["0001-render"])
+
+
+def test_relative_paths_are_made_whole(spec):
+    bake = commands(spec("--output", "isochor"))["0001-bake"]
+    assert options(bake[6:])["--output"] == [str(Path("isochor").absolute())]
 
 
 def test_submitted_over_cuebot_s_protocol(spec, tmp_path):

@@ -39,9 +39,9 @@ def main(words: Sequence[str]) -> None:
 def parsed(words: Sequence[str]) -> argparse.Namespace:
     """What the command line asks for; wrong words end the program with status 2 and a line that says why."""
     parser = argparse.ArgumentParser(description="Submits an OpenCue job that bakes, joins, reports and renders.")
-    parser.add_argument("file", type=Path, help="the blend file, where the farm's hosts see it")
+    parser.add_argument("file", type=place, help="the blend file, where the farm's hosts see it")
     parser.add_argument("--frames", type=frame_range, required=True, metavar="FIRST-LAST", help="bake and render these")
-    parser.add_argument("--output", type=Path, required=True, help="folder of chunks, caches, report and baked file")
+    parser.add_argument("--output", type=place, required=True, help="folder of chunks, caches, report and baked file")
     parser.add_argument("--object", action="append", default=[], help="bake this object; again for more. Default: all")
     parser.add_argument("--bake-chunk", type=positive, default=20, help="frames to bake in one task (default: 20)")
     parser.add_argument("--format", choices=("pc2", "mdd"), default="pc2", help="file format of the caches")
@@ -61,6 +61,11 @@ def parsed(words: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--pause", action="store_true", help="submit the job paused")
     parser.add_argument("--print", action="store_true", help="print the job's specification instead of sending it")
     return parser.parse_args(words)
+
+
+def place(text: str) -> Path:
+    """The path from the root on: a host has a working folder of its own."""
+    return Path(text).absolute()
 
 
 def frame_range(text: str) -> tuple[int, int]:
