@@ -1,22 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Isochor: a lattice modifier that keeps the volume."""
 
-from .tool import handlers
+from .tool import command_line, handlers
 from .ui import (
     adding,
     animate_panel,
+    baking,
     bend_empty,
+    measuring,
     menus,
+    overlay,
     preferences,
     removing,
     sidebar,
     squash_ground,
     squash_speed,
     twist_bone,
+    volume_curve,
 )
 
-DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
-PARTS = (preferences, handlers, adding, removing, *DRIVING, menus, sidebar, animate_panel)
+OPERATORS = (adding, removing, squash_ground, squash_speed, twist_bone, bend_empty, measuring, baking)
+PANELS = (sidebar, animate_panel, overlay, volume_curve)
+PARTS = (preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
 
 
 def register() -> None:

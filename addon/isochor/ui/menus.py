@@ -4,7 +4,9 @@
 import bpy
 
 from .adding import ISOCHOR_OT_add
+from .baking import ISOCHOR_OT_bake, ISOCHOR_OT_free_bake
 from .bend_empty import ISOCHOR_OT_bend_from_empty
+from .measuring import ISOCHOR_OT_measure_volume
 from .removing import ISOCHOR_OT_remove
 from .squash_ground import ISOCHOR_OT_squash_from_ground
 from .squash_speed import ISOCHOR_OT_squash_from_speed
@@ -12,11 +14,14 @@ from .twist_bone import ISOCHOR_OT_twist_from_bone
 
 ENTRIES = (
     (ISOCHOR_OT_add.bl_idname, "MOD_LATTICE"),
-    (ISOCHOR_OT_remove.bl_idname, "X"),
     (ISOCHOR_OT_squash_from_ground.bl_idname, "MESH_PLANE"),
     (ISOCHOR_OT_squash_from_speed.bl_idname, "FORCE_FORCE"),
     (ISOCHOR_OT_twist_from_bone.bl_idname, "BONE_DATA"),
     (ISOCHOR_OT_bend_from_empty.bl_idname, "EMPTY_AXIS"),
+    (ISOCHOR_OT_measure_volume.bl_idname, "FCURVE"),
+    (ISOCHOR_OT_bake.bl_idname, "FILE_CACHE"),
+    (ISOCHOR_OT_free_bake.bl_idname, "LOOP_BACK"),
+    (ISOCHOR_OT_remove.bl_idname, "X"),
 )
 """Operator and icon of each line of Object, Volume Lattice."""
 
