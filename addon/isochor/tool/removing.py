@@ -3,14 +3,15 @@
 
 import bpy
 
-from . import adding, node_group, results, sockets, stack
+from . import adding, animation_paths, node_group, results, sockets, stack
 
 
 def remove(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
-    """Removes the modifier, its result meshes, the lattice that isochor.add made for it if nothing else uses it, and
-    the node group with its last user."""
+    """Removes the modifier with its keys and drivers, its result meshes, the lattice that isochor.add made for it if
+    nothing else uses it, and the node group with its last user."""
     lattice = sockets.read(modifier, sockets.LATTICE)
     results.remove(modifier)
+    animation_paths.remove(obj, [animation_paths.of_modifier(modifier)])
     obj.modifiers.remove(modifier)
     if lattice is not None and adding.MADE_BY_ADD in lattice and not _is_used(lattice):
         data = lattice.data

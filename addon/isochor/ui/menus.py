@@ -4,10 +4,12 @@
 import bpy
 
 from .adding import ISOCHOR_OT_add
+from .applying import ISOCHOR_OT_apply
 from .removing import ISOCHOR_OT_remove
 
 ENTRIES = (
     (ISOCHOR_OT_add.bl_idname, "MOD_LATTICE"),
+    (ISOCHOR_OT_apply.bl_idname, "CHECKMARK"),
     (ISOCHOR_OT_remove.bl_idname, "X"),
 )
 """Operator and icon of each line of Object, Volume Lattice."""
@@ -21,6 +23,14 @@ class VIEW3D_MT_isochor(bpy.types.Menu):
     def draw(self, _context: bpy.types.Context) -> None:
         for operator, icon in ENTRIES:
             self.layout.operator(operator, icon=icon)
+            if operator == ISOCHOR_OT_apply.bl_idname:
+                draw_as_shape_key(self.layout)
+
+
+def draw_as_shape_key(layout: bpy.types.UILayout) -> None:
+    """The other way to apply, as Blender's own menu lists the two."""
+    entry = layout.operator(ISOCHOR_OT_apply.bl_idname, text="Apply Volume Lattice as Shape Key", icon="SHAPEKEY_DATA")
+    entry.as_shape_key = True
 
 
 def draw_modifier_entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
