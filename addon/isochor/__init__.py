@@ -2,9 +2,9 @@
 """Isochor: a lattice modifier that keeps the volume."""
 
 from .tool import handlers
-from .ui import adding, applying, menus, preferences, removing, sidebar
+from .ui import adding, applying, baking, menus, preferences, removing, sidebar
 
-PARTS = (preferences, handlers, adding, applying, removing, menus, sidebar)
+PARTS = (preferences, handlers, adding, applying, removing, baking, menus, sidebar)
 
 
 def register() -> None:

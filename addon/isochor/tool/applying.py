@@ -56,7 +56,7 @@ def _refusal(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, how: How)
     if not obj.is_editable:
         return problem.linked(obj.name)
     if obj.override_library is not None and modifier.is_override_data:
-        return f"“{modifier.name}” of “{obj.name}” belongs to the library that the object comes from: make it local first."
+        return f"“{modifier.name}” of “{obj.name}” belongs to the object's library: make the object local first."
     if obj.mode != "OBJECT":
         return f"“{obj.name}” is in another mode: go to Object Mode first."
     if not modifier.show_viewport:

@@ -24,6 +24,15 @@ def clear() -> None:
         _edits.clear()
 
 
+def forget(objects: list[bpy.types.Object]) -> None:
+    """Has these objects computed anew next time, as if no frame had come before: to the last bit, what is computed may
+    depend on what is kept between frames."""
+    with _lock:
+        uids = {obj.session_uid for obj in objects}
+        for key in [key for key in _memories if key[0] in uids]:
+            del _memories[key]
+
+
 def recall(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mode: str = "VIEWPORT") -> Memory | None:
     """What is known of a modifier since it was last computed; its report is what the sidebar shows."""
     return _memories.get((obj.session_uid, modifier.persistent_uid, mode))

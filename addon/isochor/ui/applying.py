@@ -16,7 +16,9 @@ class ISOCHOR_OT_apply(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     as_shape_key: bpy.props.BoolProperty(
-        name="As Shape Key", description="Add the shape as a key, at 1, and leave the mesh's own shape as it is"
+        name="As Shape Key",
+        description="Add the shape as a key, at 1, and leave the mesh's own shape as it is",
+        options={"SKIP_SAVE"},
     )
     keep_modifier: bpy.props.BoolProperty(
         name="Keep Modifier",
