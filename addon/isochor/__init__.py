@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Isochor: a lattice modifier that keeps the volume."""
 
-from .tool import handlers
+from .tool import command_line, handlers
 from .ui import adding, applying, baking, menus, preferences, removing, sidebar
 
-PARTS = (preferences, handlers, adding, applying, removing, baking, menus, sidebar)
+PARTS = (preferences, handlers, adding, applying, removing, baking, menus, sidebar, command_line)
 
 
 def register() -> None:

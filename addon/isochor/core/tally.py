@@ -21,6 +21,11 @@ class Tally:
         return sum(map(len, self.found.values()))
 
     @property
+    def words(self) -> str:
+        """Everything in one line."""
+        return " ".join(self.lines)
+
+    @property
     def lines(self) -> list[str]:
         """One sentence for each object and problem, with the frames."""
         return [f"{name}, {_frames(frames)}: {text}" for (name, text), frames in self.found.items()]

@@ -47,21 +47,31 @@ def bake(
 
 
 def record_files(
-    context: bpy.types.Context, chosen: list[frames.Target], paths: list[Path], plan: Plan, tally: Tally
+    context: bpy.types.Context,
+    chosen: list[frames.Target],
+    paths: list[Path],
+    plan: Plan,
+    tally: Tally,
+    strict: bool = False,
 ) -> Iterator[frames.Step]:
-    """Writes the file of each object, and nothing else."""
+    """Writes the file of each object, and nothing else; not even that where ``strict`` and there is a problem."""
     place = dict(zip([target.obj.name for target in chosen], paths, strict=True))
-    fps = context.scene.render.fps / context.scene.render.fps_base
 
     @contextmanager
     def opening(target: frames.Target, vertices: int) -> Iterator[recording.Sink]:
-        layout = point_cache.Layout(vertices, len(plan.moments), plan.frame_start, plan.samples, fps)
         with atomic(place[target.obj.name]) as file:
-            file.write(point_cache.header(plan.kind, layout))
+            file.write(point_cache.header(plan.kind, layout(vertices, plan)))
             yield lambda positions: file.write(point_cache.sample(plan.kind, positions))
 
     with plain_words():
-        yield from recording.record(context, chosen, plan.moments, opening, tally)
+        yield from recording.record(context, chosen, plan.moments, opening, tally, strict)
+
+
+def layout(vertices: int, plan: Plan) -> point_cache.Layout:
+    """What the file's header says."""
+    render = bpy.context.scene.render
+    seconds = render.fps / render.fps_base
+    return point_cache.Layout(vertices, len(plan.moments), plan.frame_start, plan.samples, seconds)
 
 
 @contextmanager

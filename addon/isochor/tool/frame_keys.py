@@ -59,9 +59,7 @@ def _channelbag(owner: bpy.types.ID) -> bpy.types.ActionChannelbag:
     return strip.channelbag(animation.action_slot, ensure=True)
 
 
-def _add_curve(
-    bag: bpy.types.ActionChannelbag, block: bpy.types.ShapeKey, frames: list[float], index: int
-) -> None:
+def _add_curve(bag: bpy.types.ActionChannelbag, block: bpy.types.ShapeKey, frames: list[float], index: int) -> None:
     around = range(max(index - 1, 0), min(index + 2, len(frames)))
     points = [(frames[place], 1.0 if place == index else 0.0) for place in around]
     curve = bag.fcurves.new(f"{animation_paths.of_key(block)}.value")

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import problem
-from . import baked, evaluated, rest, results, stack, state
+from . import baked, device, evaluated, rest, results, stack, state
 
 REST_KEYS = (results.REST_VOLUME, results.REST_COUNT, results.REST_OWN_VOLUME)
 
@@ -80,7 +80,7 @@ def walk(context: bpy.types.Context, chosen: list[Target], when: list[Moment]) -
     Raises Problem where Blender evaluates one of the objects not at all, as one that is hidden.
     """
     scene, view_layer = context.scene, context.view_layer
-    with _frame_kept(scene), _as_rendered(chosen, view_layer):
+    with _frame_kept(scene), device.steady(), _as_rendered(chosen, scene, view_layer):
         for moment in when:
             state.forget([target.obj for target in chosen])
             scene.frame_set(moment.frame, subframe=moment.subframe)
@@ -125,9 +125,11 @@ def _frame_kept(scene: bpy.types.Scene) -> Iterator[None]:
 
 
 @contextmanager
-def _as_rendered(chosen: list[Target], view_layer: bpy.types.ViewLayer) -> Iterator[None]:
+def _as_rendered(chosen: list[Target], scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Iterator[None]:
     rest.measure_missing(view_layer)
     with ExitStack() as undo:
+        if scene.render.use_simplify:
+            _set(scene.render, "simplify_subdivision", scene.render.simplify_subdivision_render, undo)
         for target in chosen:
             _set_for_walk(target, undo)
         undo.callback(state.forget, [target.obj for target in chosen])
@@ -147,7 +149,7 @@ def _set_for_walk(target: Target, undo: ExitStack) -> None:
             _set(modifier, "levels", modifier.render_levels, undo)
 
 
-def _set(owner: bpy.types.Modifier, name: str, value: object, undo: ExitStack) -> None:
+def _set(owner: bpy.types.bpy_struct, name: str, value: object, undo: ExitStack) -> None:
     before = getattr(owner, name)
     if before != value:
         setattr(owner, name, value)

@@ -24,10 +24,12 @@ def record(
     when: list[frames.Moment],
     opening: Opening,
     tally: Tally,
+    strict: bool = False,
 ) -> Iterator[frames.Step]:
     """Hands each moment of each object to its sink, and notes problems in the tally. Closing the iterator before its
     end, an exception in it, or a Problem that it raises, as where the number of vertices changes from frame to frame,
-    leaves the sinks with an exception, so that they keep nothing."""
+    leaves the sinks with an exception, so that they keep nothing. So does a problem in any frame where ``strict``,
+    after the last frame."""
     with ExitStack() as stack:
         steps = stack.enter_context(closing(frames.walk(context, chosen, when)))
         sinks: dict[str, tuple[int, Sink]] = {}
@@ -41,6 +43,8 @@ def record(
                 sinks[name][1](positions)
                 tally.add(name, moment.words, target.problems())
             yield frames.Step(done, len(when), moment)
+        if strict and tally.count:
+            raise problem.Problem(f"Nothing was written. {tally.words}")
 
 
 def _require_count(name: str, moment: frames.Moment, found: int, first: int, start: frames.Moment) -> None:
