@@ -13,7 +13,7 @@ def remove(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
     results.remove(modifier)
     animation_paths.remove(obj, [animation_paths.of_modifier(modifier)])
     obj.modifiers.remove(modifier)
-    if lattice is not None and adding.MADE_BY_ADD in lattice and not _is_used(lattice):
+    if lattice is not None and adding.MADE_BY_ADD in lattice and not is_used(lattice):
         data = lattice.data
         bpy.data.objects.remove(lattice)
         if data is not None and data.users == 0:
@@ -24,7 +24,7 @@ def remove(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
                 bpy.data.node_groups.remove(group)
 
 
-def _is_used(lattice: bpy.types.Object) -> bool:
+def is_used(lattice: bpy.types.Object) -> bool:
     """Whether anything but the collections that show it refers to the object."""
     users = bpy.data.user_map(subset=[lattice])[lattice]
     return any(not isinstance(user, (bpy.types.Collection, bpy.types.Scene)) and user != lattice for user in users)

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bakes to Blender's own Lattice modifier with the corrected control points, wherever it holds the very same map."""
+
+from collections.abc import Generator
+from contextlib import closing
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+from numpy.typing import NDArray
+
+from ..core import grid, native_lattice, problem
+from ..core.grid import Grid
+from ..core.solver import Request
+from ..core.tally import Tally
+from . import animation_paths, baked, evaluated, frame_keys, frames, linear_curve, sockets, stack, state
+
+NAME = "Volume Lattice Points"
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Record:
+    """What was read of one object, frame by frame. ``follows``: whether the way from lattice to object changes, so that
+    the new lattice has to follow the animator's instead of the object."""
+
+    first: Request | None = None
+    follows: bool = False
+    to_object: list[Array] = field(default_factory=list)
+    control: list[Array] = field(default_factory=list)
+    strength: list[float] = field(default_factory=list)
+
+
+def bake(
+    context: bpy.types.Context, chosen: list[frames.Target], frame_start: int, frame_end: int
+) -> Generator[frames.Step, None, list[str]]:
+    """Makes a lattice and a Lattice modifier for each object and switches ours off; returns warnings in plain words.
+    Nothing changes where the iterator is closed before its end, or raises Problem."""
+    for target in chosen:
+        text = refusal(target.obj, target.last) or _refusal_of_several(target)
+        if text:
+            raise problem.Problem(text)
+    when = frames.moments(frame_start, frame_end)
+    records = {target.obj.name: Record() for target in chosen}
+    tally = Tally()
+    with closing(frames.walk(context, chosen, when)) as steps:
+        for done, moment in enumerate(steps, 1):
+            for target in chosen:
+                _note(records[target.obj.name], target, moment, context)
+                tally.add(target.obj.name, moment.words, target.problems())
+            yield frames.Step(done, len(when), moment)
+    for target in chosen:
+        _play(target, [float(moment.frame) for moment in when], records[target.obj.name])
+    return list(tally.lines)
+
+
+def refusal(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> str | None:
+    """Why Blender's Lattice modifier cannot do what ours does, as far as its settings tell; or None."""
+    lattice = sockets.read(modifier, sockets.LATTICE)
+    if lattice is None:
+        return f"“{obj.name}”: {problem.NO_LATTICE}"
+    if lattice.type != "LATTICE":
+        return f"“{obj.name}”: {problem.not_a_lattice(lattice.name, lattice.type)}"
+    return None
+
+
+def _refusal_of_several(target: frames.Target) -> str | None:
+    if len(target.ours) == 1:
+        return None
+    return (
+        f"“{target.obj.name}” has {len(target.ours)} Volume Lattices, and one lattice cannot stand for them: switch"
+        f" all but one off for renders, or bake to a point cache."
+    )
+
+
+def _refusal_of_frame(name: str, request: Request, outside: int) -> str | None:
+    """Why Blender's Lattice modifier cannot do what ours did in one frame, or None."""
+    axes = native_lattice.native_axes(request.grid)
+    if axes is None:
+        return (
+            f"the lattice of “{name}” has {' × '.join(map(str, request.grid.shape))} points: Blender's own Lattice"
+            f" modifier goes up to 4 on each side with the Bernstein basis. Bake to a point cache."
+        )
+    extended = request.settings.outside == "Extend" and all(axis.follows_nearest for axis in axes)
+    if outside and not extended:
+        return (
+            f"{outside} vertices of “{name}” are outside the lattice, where Blender's own Lattice modifier moves them"
+            f" otherwise: make the lattice larger, or bake to a point cache."
+        )
+    return None
+
+
+def _note(record: Record, target: frames.Target, moment: frames.Moment, context: bpy.types.Context) -> None:
+    memory = state.recall(target.obj, target.last)
+    request = None if memory is None else memory.solver.bound
+    if memory is None or request is None or memory.report.control is None:
+        raise problem.Problem(f"Frame {moment.words}, “{target.obj.name}”: {' '.join(target.problems())}")
+    text = _refusal_of_frame(target.obj.name, request, memory.report.vertices_outside or 0)
+    if text is None and record.first is not None and not _same_kind(record.first, request):
+        text = f"the lattice's resolution or the inputs of “{target.obj.name}” change: bake to a point cache."
+    if text:
+        raise problem.Problem(f"Frame {moment.words}: {text}")
+    record.first = record.first or request
+    record.follows = record.follows or not _same_place(record.first.grid, request.grid, target, context)
+    record.to_object.append(request.grid.to_object)
+    record.control.append(np.array(memory.report.control))
+    record.strength.append(request.settings.strength)
+
+
+def _same_kind(one: Request, other: Request) -> bool:
+    """Whether one new lattice and modifier can hold both."""
+
+    def kind(request: Request) -> tuple[object, ...]:
+        rest, settings = request.grid, request.settings
+        return rest.shape, rest.low, rest.high, rest.basis, settings.vertex_group, settings.invert
+
+    return kind(one) == kind(other)
+
+
+def _same_place(one: Grid, other: Grid, target: frames.Target, context: bpy.types.Context) -> bool:
+    """Whether the lattice stands to the object as it did, but for the rounding of Blender's matrices."""
+    depsgraph = context.view_layer.depsgraph
+    lattice = sockets.read(target.last, sockets.LATTICE)
+    matrices = [evaluated.matrix(obj.evaluated_get(depsgraph)) for obj in (target.obj, lattice)]
+    return grid.steadied(other.to_object, one.to_object, *matrices) is one.to_object
+
+
+def _play(target: frames.Target, when: list[float], record: Record) -> None:
+    """Puts the Lattice modifier right behind ours."""
+    obj, request = target.obj, record.first
+    axes = None if request is None else native_lattice.native_axes(request.grid)
+    if request is None or axes is None:
+        return
+    baked.drop(obj)
+    lattice = _new_lattice(obj, axes)
+    placement = native_lattice.placement(axes)
+    if record.follows:
+        _attach(lattice, sockets.read(target.last, sockets.LATTICE), placement)
+    else:
+        record.to_object = [record.to_object[0]] * len(when)
+        _attach(lattice, obj, record.to_object[0] @ placement)
+    points = [
+        native_lattice.native_points(axes, control, to_object @ placement).astype(np.float32)
+        for control, to_object in zip(record.control, record.to_object, strict=True)
+    ]
+    frame_keys.add(lattice, "Frame", when, points)
+    modifier = obj.modifiers.new(NAME, "LATTICE")
+    modifier.object = lattice
+    _set_influence(modifier, when, record.strength, request)
+    stack.move_behind(modifier, target.last)
+    baked.switch_over(obj, modifier, ("viewport", "render"))
+
+
+def _new_lattice(obj: bpy.types.Object, axes: tuple[native_lattice.NativeAxis, ...]) -> bpy.types.Object:
+    """A hidden lattice object, in the collections of the object that it is to shape."""
+    data = bpy.data.lattices.new(f"{obj.name} {NAME}")
+    lattice = bpy.data.objects.new(data.name, data)
+    lattice[baked.MADE_BY_BAKE] = True
+    # Only now that an object has it does Blender keep the lattice's size when the resolution changes.
+    for axis, native in zip("uvw", axes, strict=True):
+        setattr(data, f"points_{axis}", native.count)
+        setattr(data, f"interpolation_type_{axis}", native.interpolation)
+    for collection in obj.users_collection:
+        if collection.is_editable:
+            collection.objects.link(lattice)
+    lattice.hide_viewport = True
+    return lattice
+
+
+def _attach(lattice: bpy.types.Object, parent: bpy.types.Object, to_parent: Array) -> None:
+    """Has the lattice follow ``parent``; as a parent's inverse, the matrix may shear."""
+    lattice.parent = parent
+    lattice.matrix_parent_inverse = Matrix(to_parent.tolist())
+
+
+def _set_influence(
+    modifier: bpy.types.LatticeModifier, when: list[float], strength: list[float], request: Request
+) -> None:
+    obj, settings = modifier.id_data, request.settings
+    if settings.vertex_group in obj.vertex_groups:
+        modifier.vertex_group, modifier.invert_vertex_group = settings.vertex_group, settings.invert
+    modifier.strength = strength[0]
+    if any(value != strength[0] for value in strength):
+        linear_curve.add(obj, f"{animation_paths.of_modifier(modifier)}.strength", when, strength)
+
