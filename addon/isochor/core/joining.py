@@ -2,7 +2,8 @@
 """Finds the parts of one object's bake and puts them together into what a bake in one go would have written."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +51,18 @@ def find(folder: Path, whole: Whole) -> Found:
         except Damaged:
             found.damaged.append(path.name)
     return found
+
+
+def asked_for(folder: Path, like: Whole) -> list[str]:
+    """Names of the objects that the parts of such a bake, of whichever object, were asked for; none where that is all
+    that there are, or there are no parts."""
+    asked: list[tuple[str, ...]] = []
+    for path in sorted(folder.glob(f"*{part_file.SUFFIX}")) if folder.is_dir() else ():
+        with suppress(Damaged):
+            head = part_file.read_head(path)
+            if replace(head.whole, object=like.object) == like:
+                asked.append(head.asked)
+    return list(dict.fromkeys(name for names in asked for name in names)) if all(asked) else []
 
 
 def missing_frames(found: Found, whole: Whole) -> list[int]:

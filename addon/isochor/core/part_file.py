@@ -54,12 +54,14 @@ class Whole:
 
 @dataclass(frozen=True)
 class Head:
-    """Which part of which bake, and the number of vertices."""
+    """Which part of which bake, the number of vertices, and the objects that the bake was asked for by name (none: all
+    that there are)."""
 
     whole: Whole
     start: int
     end: int
     vertices: int
+    asked: tuple[str, ...] = ()
 
     @property
     def indices(self) -> range:
@@ -139,6 +141,6 @@ def _head(file: BinaryIO) -> Head:
         raise Damaged(f"{Path(file.name).name} is no part of a bake")
     try:
         found = json.loads(file.readline(_LONGEST_HEAD))
-        return Head(Whole(**found.pop("whole")), **found)
+        return Head(Whole(**found.pop("whole")), asked=tuple(found.pop("asked")), **found)
     except (ValueError, TypeError, AttributeError, KeyError) as error:
         raise Damaged(f"{Path(file.name).name} has a damaged head") from error

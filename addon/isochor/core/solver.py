@@ -85,8 +85,8 @@ class Solver:
         return self._bound.grid.to_object if self._bound is not None and self._binding is not None else None
 
     @property
-    def bound(self) -> Request | None:
-        """What was asked for last, as it was understood; None where the lattice or mesh could not be."""
+    def request(self) -> Request | None:
+        """What the present embedding was made for; None where lattice and mesh allow none."""
         return self._bound
 
     def solve(self, request: Request) -> Outcome:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import problem
-from . import removing, stack, state
+from . import baked, removing, stack, state
 
 Shape = NDArray[np.float32]
 Pair = tuple[bpy.types.Object, bpy.types.NodesModifier]
@@ -59,6 +59,8 @@ def _refusal(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, how: How)
         return f"“{modifier.name}” of “{obj.name}” belongs to the object's library: make the object local first."
     if obj.mode != "OBJECT":
         return f"“{obj.name}” is in another mode: go to Object Mode first."
+    if baked.KEY in obj:
+        return f"“{obj.name}” plays a bake: free the bake first."
     if not modifier.show_viewport:
         return f"“{modifier.name}” of “{obj.name}” is switched off: switch it on in the viewport first."
     return _mesh_refusal(obj, how)

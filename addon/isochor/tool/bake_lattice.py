@@ -38,7 +38,7 @@ def bake(
     """Makes a lattice and a Lattice modifier for each object and switches ours off; returns warnings in plain words.
     Nothing changes where the iterator is closed before its end, or raises Problem."""
     for target in chosen:
-        text = refusal(target.obj, target.last) or _refusal_of_several(target)
+        text = _refusal_of_several(target)
         if text:
             raise problem.Problem(text)
     when = frames.moments(frame_start, frame_end)
@@ -55,16 +55,6 @@ def bake(
     return list(tally.lines)
 
 
-def refusal(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> str | None:
-    """Why Blender's Lattice modifier cannot do what ours does, as far as its settings tell; or None."""
-    lattice = sockets.read(modifier, sockets.LATTICE)
-    if lattice is None:
-        return f"“{obj.name}”: {problem.NO_LATTICE}"
-    if lattice.type != "LATTICE":
-        return f"“{obj.name}”: {problem.not_a_lattice(lattice.name, lattice.type)}"
-    return None
-
-
 def _refusal_of_several(target: frames.Target) -> str | None:
     if len(target.ours) == 1:
         return None
@@ -74,13 +64,14 @@ def _refusal_of_several(target: frames.Target) -> str | None:
     )
 
 
-def _refusal_of_frame(name: str, request: Request, outside: int) -> str | None:
-    """Why Blender's Lattice modifier cannot do what ours did in one frame, or None."""
+def refusal(name: str, request: Request, outside: int) -> str | None:
+    """Why Blender's Lattice modifier cannot do what ours did to the object of that name in one frame, with so many
+    vertices outside the lattice; or None."""
     axes = native_lattice.native_axes(request.grid)
     if axes is None:
         return (
             f"the lattice of “{name}” has {' × '.join(map(str, request.grid.shape))} points: Blender's own Lattice"
-            f" modifier goes up to 4 on each side with the Bernstein basis. Bake to a point cache."
+            f" modifier goes up to 4 on each side with the Bernstein basis. Bake to a point cache instead."
         )
     extended = request.settings.outside == "Extend" and all(axis.follows_nearest for axis in axes)
     if outside and not extended:
@@ -93,10 +84,10 @@ def _refusal_of_frame(name: str, request: Request, outside: int) -> str | None:
 
 def _note(record: Record, target: frames.Target, moment: frames.Moment, context: bpy.types.Context) -> None:
     memory = state.recall(target.obj, target.last)
-    request = None if memory is None else memory.solver.bound
+    request = None if memory is None else memory.solver.request
     if memory is None or request is None or memory.report.control is None:
         raise problem.Problem(f"Frame {moment.words}, “{target.obj.name}”: {' '.join(target.problems())}")
-    text = _refusal_of_frame(target.obj.name, request, memory.report.vertices_outside or 0)
+    text = refusal(target.obj.name, request, memory.report.vertices_outside or 0)
     if text is None and record.first is not None and not _same_kind(record.first, request):
         text = f"the lattice's resolution or the inputs of “{target.obj.name}” change: bake to a point cache."
     if text:

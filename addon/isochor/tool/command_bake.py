@@ -76,7 +76,7 @@ def _bake_part(
     def opening(target: frames.Target, vertices: int) -> Iterator[recording.Sink]:
         mine = wholes[target.obj.name]
         with atomic(folder / part_file.file_name(names[target.obj.name], mine, *chunk)) as file:
-            writer = part_file.Writer(file, part_file.Head(mine, *chunk, vertices))
+            writer = part_file.Writer(file, part_file.Head(mine, *chunk, vertices, tuple(options.object)))
             yield writer.sample
             writer.finish()
 

@@ -2,6 +2,7 @@
 """The command join: puts parts together, and saves a file that plays them."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -21,9 +22,11 @@ def run(options: argparse.Namespace) -> None:
     command_scene.open_file(file)
     if options.save is not None and Path(options.save).resolve() == file.resolve():
         raise Problem("--save names the file itself: give another, which is made.")
-    chosen = command_scene.chosen_targets(options.object)
     blend = command_scene.fingerprint(file)
-    wholes = {target.obj.name: Whole(target.obj.name, blend, first, last, options.samples) for target in chosen}
+    like = Whole("", blend, first, last, options.samples)
+    asked = options.object or joining.asked_for(Path(options.output) / part_file.FOLDER, like)
+    chosen = command_scene.chosen_targets(asked)
+    wholes = {target.obj.name: replace(like, object=target.obj.name) for target in chosen}
     paths = join(chosen, wholes, Path(options.output), options.format)
     if options.save is not None:
         _save(chosen, paths, bake_file.Plan(options.format, first, last, options.samples), Path(options.save))

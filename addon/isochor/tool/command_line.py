@@ -71,10 +71,10 @@ def parser() -> Parser:
 def _command(commands: "argparse._SubParsersAction[Parser]", name: str, run: object, summary: str) -> Parser:
     found = commands.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.")
     found.set_defaults(run=run)
-    found.add_argument("file", metavar="FILE", help="the .blend; scripts in it do not run")
+    found.add_argument("file", metavar="FILE", help="the .blend; it is not changed")
     found.add_argument("--frames", required=True, metavar="A-B", help="first and last frame, as in --frames=-5-10")
     found.add_argument(
-        "--object", action="append", default=[], metavar="NAME", help="an object; again for more; without it, all"
+        "--object", action="append", default=[], metavar="NAME", help="an object; again for more (default: all)"
     )
     return found
 

@@ -11,11 +11,12 @@ from . import baked, frames, node_group, stack
 
 
 def open_file(path: Path) -> None:
-    """Opens a .blend without running scripts in it. Raises Problem where that cannot be done."""
+    """Opens a .blend; scripts in it run only where Blender was told so, as by --enable-autoexec. Raises Problem where
+    that cannot be done."""
     if not path.is_file():
         raise Problem(f"“{path}” is not there: name a .blend file.")
     try:
-        bpy.ops.wm.open_mainfile(filepath=str(path.absolute()), load_ui=False, use_scripts=False)
+        bpy.ops.wm.open_mainfile(filepath=str(path.absolute()), load_ui=False)
     except RuntimeError as error:
         raise Problem(f"“{path}” cannot be opened: {str(error).strip()}") from error
 

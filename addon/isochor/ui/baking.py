@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The operators isochor.bake and isochor.free_bake."""
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,14 +10,11 @@ import bpy
 from ..core.point_cache import SUFFIXES
 from ..core.problem import Problem
 from ..tool import bake_file, bake_keys, bake_lattice, baked, cache_places, frames
-from ..tool.frames import Step
 from .choosing import chosen_modifiers
+from .stepping import Bake, Stepping
 
 Pairs = list[tuple[bpy.types.Object, bpy.types.NodesModifier]]
 """An object and the modifier of it that is meant."""
-Bake = Generator[Step, None, list[str]]
-"""What a bake is: an iterator that yields after every frame, returns warnings in plain words (a list of text), raises
-Problem where it cannot be done, and where it is closed before its end leaves everything as it was."""
 
 
 class Format(NamedTuple):
@@ -53,8 +50,8 @@ def begin_lattice(
 
 
 FORMATS = (
-    Format("PC2", "Point Cache (PC2)", "A file that a Mesh Cache modifier plays; 3ds Max reads it too", begin_file),
-    Format("MDD", "Point Cache (MDD)", "A file that a Mesh Cache modifier plays; many programs read it", begin_file),
+    Format("PC2", "Point Cache (PC2)", "A file that a Mesh Cache modifier plays; the format of 3ds Max", begin_file),
+    Format("MDD", "Point Cache (MDD)", "A file that a Mesh Cache modifier plays; the format of LightWave", begin_file),
     Format("SHAPE_KEYS", "Shape Keys", "A key of the mesh for each frame; other programs read them", begin_keys),
     Format(
         "LATTICE",
@@ -65,7 +62,7 @@ FORMATS = (
 )
 
 
-class ISOCHOR_OT_bake(bpy.types.Operator):
+class ISOCHOR_OT_bake(Stepping, bpy.types.Operator):
     """Record the deformed mesh over a range of frames, so that it plays and renders without this add-on. The Volume
     Lattice is switched off and kept"""
 
@@ -104,30 +101,36 @@ class ISOCHOR_OT_bake(bpy.types.Operator):
         cls.poll_message_set("Select a mesh with a Volume Lattice first")
         return False
 
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        self.frame_start, self.frame_end = self.range(context.scene)
+        if not self.directory:
+            self.directory = cache_places.default_folder()
+        if bpy.app.background:
+            return self.execute(context)
+        self._with_progress = True
+        return context.window_manager.invoke_props_dialog(self, width=380)
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        names = ["format", "frame_start", "frame_end"]
+        for name in [*names, "samples", "directory"] if self.format in SUFFIXES else names:
+            layout.prop(self, name)
+
     def execute(self, context: bpy.types.Context) -> set[str]:
+        chosen = next(found for found in FORMATS if found.identifier == self.format)
         try:
-            bake = self.begin(context)
-            while True:
-                next(bake)
-        except StopIteration as end:
-            return self.finish(end.value)
+            bake = chosen.begin(self, context, chosen_modifiers(context), *self.range(context.scene))
         except Problem as trouble:
             self.report({"ERROR"}, str(trouble))
             return {"CANCELLED"}
+        return self.run(context, bake)
 
-    def begin(self, context: bpy.types.Context) -> Bake:
-        """The bake that the properties describe."""
-        scene, given = context.scene, self.properties.is_property_set
+    def range(self, scene: bpy.types.Scene) -> tuple[int, int]:
+        """First and last frame: those given, else the scene's."""
+        given = self.properties.is_property_set
         first = self.frame_start if given("frame_start") else scene.frame_start
-        last = self.frame_end if given("frame_end") else scene.frame_end
-        chosen = next(found for found in FORMATS if found.identifier == self.format)
-        return chosen.begin(self, context, chosen_modifiers(context), first, last)
-
-    def finish(self, warnings: list[str] | None) -> set[str]:
-        """Tells what the bake came upon."""
-        for text in warnings or ():
-            self.report({"WARNING"}, text)
-        return {"FINISHED"}
+        return first, self.frame_end if given("frame_end") else scene.frame_end
 
     def paths(self, objects: list[bpy.types.Object]) -> list[Path]:
         """A file for each object. Raises Problem where none can be told."""
