@@ -174,4 +174,3 @@ def _set_influence(
     modifier.strength = strength[0]
     if any(value != strength[0] for value in strength):
         linear_curve.add(obj, f"{animation_paths.of_modifier(modifier)}.strength", when, strength)
-
