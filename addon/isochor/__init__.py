@@ -2,9 +2,22 @@
 """Isochor: a lattice modifier that keeps the volume."""
 
 from .tool import command_line, handlers
-from .ui import adding, applying, baking, menus, preferences, removing, sidebar
+from .ui import adding, applying, baking, measuring, menus, overlay, preferences, removing, sidebar, volume_curve
 
-PARTS = (preferences, handlers, adding, applying, removing, baking, menus, sidebar, command_line)
+PARTS = (
+    preferences,
+    handlers,
+    adding,
+    applying,
+    removing,
+    measuring,
+    baking,
+    menus,
+    sidebar,
+    overlay,
+    volume_curve,
+    command_line,
+)
 
 
 def register() -> None:

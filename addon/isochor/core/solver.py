@@ -113,6 +113,17 @@ class Solver:
         """Signed volume of the mesh that entered last, or None where it encloses none."""
         return None if self._bound is None else self.incoming_volume(self._bound)
 
+    def bound_target(self) -> float | None:
+        """Signed volume that the mesh that entered last should have, or None where it encloses none."""
+        binding, bound = self._binding, self._bound
+        if binding is None or bound is None or bound.triangles is None:
+            return None
+        try:
+            own, wanted = binding.reference_volume, wanted_volume(binding, bound)
+        except isochor.Error:
+            return None
+        return own if wanted is None else wanted
+
     def _fresh(self, request: Request) -> Outcome:
         try:
             binding = self._bind(request)

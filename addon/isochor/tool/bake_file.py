@@ -32,6 +32,20 @@ class Plan:
         """Every sample of the file."""
         return frames.moments(self.frame_start, self.frame_end, self.samples)
 
+    @property
+    def scale(self) -> float:
+        """Samples to a frame of the animation, which the scene's time stretching makes other than one of the scene."""
+        render = bpy.context.scene.render
+        return self.samples * render.frame_map_new / render.frame_map_old
+
+    def require_playable(self) -> None:
+        """Raises Problem where a Mesh Cache modifier cannot play so many samples to a frame."""
+        if self.scale > FASTEST:
+            raise problem.Problem(
+                f"{self.samples} samples to a frame and the scene's Time Stretching are more than a Mesh Cache modifier"
+                f" can play: take fewer samples."
+            )
+
 
 def bake(
     context: bpy.types.Context, chosen: list[frames.Target], paths: list[Path], plan: Plan
@@ -39,6 +53,7 @@ def bake(
     """Writes the file of each object and has it play; returns warnings in plain words. Files and objects are as they
     were where the iterator is closed before its end, or raises Problem."""
     tally = Tally()
+    plan.require_playable()
     yield from record_files(context, chosen, paths, plan, tally)
     warnings = list(tally.lines)
     for target, path in zip(chosen, paths, strict=True):
@@ -106,7 +121,8 @@ def _fill(cache: bpy.types.MeshCacheModifier, path: str, plan: Plan) -> None:
     cache.interpolation = "LINEAR"
     cache.deform_mode, cache.factor = "OVERWRITE", 1.0
     cache.play_mode, cache.time_mode = "SCENE", "FRAME"
-    cache.frame_start, cache.frame_scale = plan.frame_start, plan.samples
+    # The modifier looks up the sample number scale · time - start, where time is the frame with the scene's remapping.
+    cache.frame_scale, cache.frame_start = plan.scale, plan.frame_start * plan.samples
     cache.forward_axis, cache.up_axis = "POS_Y", "POS_Z"
     cache.flip_axis = (False, False, False)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command report: the volume of the objects frame by frame, as a table."""
+"""The command report: the volume of the objects frame by frame, as a table and a curve."""
 
 import argparse
 import csv
@@ -9,8 +9,10 @@ from contextlib import closing
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 from ..core.atomic_file import atomic
+from ..core.curve_image import Picture, draw_volume_curve, percent_of, png_bytes
 from ..core.frame_range import parse
 from ..core.problem import Problem
 from ..core.tally import Tally
@@ -63,6 +65,19 @@ def table(rows: list[Row]) -> str:
     return text.getvalue()
 
 
+def picture(rows: list[Row]) -> Picture:
+    """The curves of the objects, one below the other."""
+    found = []
+    for name in dict.fromkeys(row[1] for row in rows):
+        mine = [row for row in rows if row[1] == name]
+        when = [float(row[0]) for row in mine]
+        target, before, after = (
+            np.array([np.nan if row[place] is None else row[place] for row in mine], np.float64) for place in (2, 3, 4)
+        )
+        found.append(draw_volume_curve(when, percent_of(before, target), percent_of(after, target), title=name))
+    return np.concatenate(found)
+
+
 def _write(rows: list[Row], folder: str | None) -> None:
     if folder is None:
         sys.stdout.write(table(rows))
@@ -70,3 +85,5 @@ def _write(rows: list[Row], folder: str | None) -> None:
         return
     with atomic(Path(folder) / "volume.csv") as file:
         file.write(table(rows).encode())
+    with atomic(Path(folder) / "volume.png") as file:
+        file.write(png_bytes(picture(rows)))

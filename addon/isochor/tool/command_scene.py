@@ -57,5 +57,5 @@ def _named(name: str) -> bpy.types.Object:
         elsewhere = " in this scene" if name in bpy.data.objects else ""
         raise Problem(f"There is no object “{name}”{elsewhere}: correct the name, in capitals and small letters too.")
     if found.type != "MESH":
-        raise Problem(f"“{name}” is a {found.type.lower()}, not a mesh: name the mesh that the lattice shapes.")
+        raise Problem(f"“{name}” is not a mesh but of type {found.type.lower()}: name the mesh that is deformed.")
     return found

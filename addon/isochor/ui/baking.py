@@ -73,8 +73,12 @@ class ISOCHOR_OT_bake(Stepping, bpy.types.Operator):
     format: bpy.props.EnumProperty(
         name="Format", description="What to record to", items=[found[:3] for found in FORMATS]
     )
-    frame_start: bpy.props.IntProperty(name="Start", description="First frame; the scene's where it is not given")
-    frame_end: bpy.props.IntProperty(name="End", description="Last frame; the scene's where it is not given")
+    frame_start: bpy.props.IntProperty(
+        name="Start", description="First frame; the scene's where it is not given", options={"SKIP_SAVE"}
+    )
+    frame_end: bpy.props.IntProperty(
+        name="End", description="Last frame; the scene's where it is not given", options={"SKIP_SAVE"}
+    )
     samples: bpy.props.IntProperty(
         name="Samples",
         description="Samples to a frame, for files: between them points move in straight lines, also in motion blur",
@@ -86,12 +90,13 @@ class ISOCHOR_OT_bake(Stepping, bpy.types.Operator):
         name="Folder",
         description="Where the files go, for files: each is named after its object",
         subtype="DIR_PATH",
+        options={"SKIP_SAVE", "PATH_SUPPORTS_BLEND_RELATIVE"},
     )
     filepath: bpy.props.StringProperty(
         name="File",
         description="The file itself, where one object is baked; empty for one in the folder",
         subtype="FILE_PATH",
-        options={"SKIP_SAVE"},
+        options={"SKIP_SAVE", "PATH_SUPPORTS_BLEND_RELATIVE"},
     )
 
     @classmethod

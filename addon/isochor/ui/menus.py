@@ -6,10 +6,12 @@ import bpy
 from .adding import ISOCHOR_OT_add
 from .applying import ISOCHOR_OT_apply
 from .baking import ISOCHOR_OT_bake, ISOCHOR_OT_free_bake
+from .measuring import ISOCHOR_OT_measure_volume
 from .removing import ISOCHOR_OT_remove
 
 ENTRIES = (
     (ISOCHOR_OT_add.bl_idname, "MOD_LATTICE"),
+    (ISOCHOR_OT_measure_volume.bl_idname, "FCURVE"),
     (ISOCHOR_OT_apply.bl_idname, "CHECKMARK"),
     (ISOCHOR_OT_remove.bl_idname, "X"),
     (ISOCHOR_OT_bake.bl_idname, "FILE_CACHE"),

@@ -39,7 +39,7 @@ class Stepping:
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """One frame each time that the timer ticks; Esc ends it."""
-        if event.type == "ESC":
+        if event.type == "ESC" and event.value == "PRESS":
             self.cancel(context)
             self.report({"INFO"}, "Bake cancelled: nothing was written")
             return {"CANCELLED"}
