@@ -145,7 +145,8 @@ def test_shape_keys_refuse_a_new_mesh_as_blender_does():
     refused("turn Solo off", as_shape_key=True)
 
 
-def test_keys_and_drivers_of_its_inputs_go_with_it_and_no_others():
+@pytest.mark.parametrize("operator", ["apply", "remove"])
+def test_keys_and_drivers_of_its_inputs_go_with_it_and_no_others(operator):
     ball = squashed_ball()
     modifier = ball.modifiers[0]
     sockets = scenes.part("tool.sockets")
@@ -161,7 +162,7 @@ def test_keys_and_drivers_of_its_inputs_go_with_it_and_no_others():
     ball.keyframe_insert("location", frame=1)
     ball.modifiers.active = modifier
     bpy.context.view_layer.update()
-    assert bpy.ops.isochor.apply() == {"FINISHED"}
+    assert getattr(bpy.ops.isochor, operator)() == {"FINISHED"}
     bag = ball.animation_data.action.layers[0].strips[0].channelbag(ball.animation_data.action_slot)
     assert {curve.data_path for curve in bag.fcurves} == {"location", 'modifiers["Volume Lattice 2"].strength'}
     assert [driver.data_path for driver in ball.animation_data.drivers] == ['modifiers["Volume Lattice 2"].mid_level']
@@ -173,6 +174,34 @@ def test_an_action_that_held_nothing_else_goes_too():
     assert bpy.data.actions
     bpy.ops.isochor.apply()
     assert nothing_of_ours_is_left()
+
+
+def test_keys_in_the_nla_go_too_and_those_that_another_object_plays_stay():
+    ball = squashed_ball()
+    ball.modifiers[0].keyframe_insert("show_render", frame=1)
+    ball.keyframe_insert("location", frame=1)
+    action, slot = ball.animation_data.action, ball.animation_data.action_slot
+    ball.animation_data.nla_tracks.new().strips.new("Strip", 1, action)
+    ball.animation_data.action = None
+    twin = bpy.data.objects.new("Twin", None)
+    twin.animation_data_create().action = action
+    twin.animation_data.action_slot = slot
+    curves = action.layers[0].strips[0].channelbag(slot).fcurves
+    bpy.ops.ed.undo_push(message="shared")
+    bpy.ops.isochor.apply("EXEC_DEFAULT", True)
+    assert len(curves) == 4
+    bpy.ops.ed.undo()
+    bpy.data.objects.remove(bpy.data.objects["Twin"])
+    bpy.context.view_layer.update()
+    bpy.ops.isochor.apply()
+    curves = bpy.data.actions[0].layers[0].strips[0].channelbags[0].fcurves
+    assert {curve.data_path for curve in curves} == {"location"}
+
+
+def test_invoked_from_a_menu_it_applies_at_once():
+    ball = squashed_ball()
+    assert bpy.ops.isochor.apply("INVOKE_DEFAULT") == {"FINISHED"}
+    assert not ball.modifiers
 
 
 def test_behind_a_modifier_that_only_deforms_it_is_applied_without_it_and_says_so(capfd):

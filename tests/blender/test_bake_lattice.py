@@ -258,10 +258,38 @@ def test_a_higher_degree_is_refused(basis, shape):
     refused("points: Blender's own Lattice modifier goes up to 4 on each side")
 
 
-@pytest.mark.parametrize("outside", ["Keep", "Extend"])
-def test_vertices_outside_are_refused(outside):
-    scene("Bernstein", (4, 4, 4), size=1.6, Outside=outside)
+@pytest.mark.parametrize("masked", [False, True])
+@pytest.mark.parametrize(("basis", "shape"), [("Bernstein", (4, 4, 4)), ("B-Spline", (5, 5, 5))])
+def test_vertices_outside_stay_where_they_are(tmp_path, basis, shape, masked):
+    ball, _lattice = scene(basis, shape, size=1.6)
+    if masked:
+        group = ball.vertex_groups.new(name="Held")
+        for vertex in ball.data.vertices:
+            group.add([vertex.index], float(np.clip(vertex.co.x, 0.0, 1.0)), "REPLACE")
+        scenes.set_input(ball.modifiers[0], "Vertex Group", "Held")
+        scenes.set_input(ball.modifiers[0], "Invert", True)
+        scenes.set_input(ball.modifiers[0], "Strength", 0.8)
+    before, groups = shapes(ball), ball.vertex_groups.keys()
+    still = np.ptp(before, axis=0).max(axis=1) == 0.0
+    assert 20 < np.count_nonzero(still) < 200
+    assert bake() == {"FINISHED"}
+    require_same(tmp_path, ball, before, None)
+    assert bpy.ops.isochor.free_bake() == {"FINISHED"}
+    assert ball.vertex_groups.keys() == groups
+
+
+def test_vertices_outside_that_no_native_lattice_can_follow_are_refused():
+    ball, _lattice = scene("Bernstein", (4, 4, 4), size=1.6, Outside="Extend")
     refused("vertices of “Ball” are outside the lattice")
+    scenes.set_input(ball.modifiers[0], "Outside", "Keep")
+    ball.modifiers.new("Subdivision", "SUBSURF")
+    ball.modifiers.move(1, 0)
+    refused("vertices of “Ball” are outside the lattice")
+
+
+def test_vertices_that_enter_the_lattice_on_the_way_are_refused():
+    scene("Bernstein", (4, 4, 4), moving="object", size=1.9)
+    refused("other vertices of “Ball” are outside the lattice than before")
 
 
 def test_two_of_ours_a_missing_lattice_and_a_linked_object_are_refused(tmp_path):

@@ -8,15 +8,17 @@ move points by the displacement of the control points, as ours do. So axis by ax
 * one point, or degree 1: the same points, KEY_LINEAR;
 * a uniform cubic: the same points, KEY_BSPLINE;
 * one polynomial of degree 2 or 3 over the whole domain (Bernstein, or a uniform quadratic with three points): a uniform
-  cubic of four points, whose one cell is the domain, so that the grid is three domains wide.
+  cubic whose cells, CELLS of them, fill the domain, so that the grid is one cell larger on each side.
 
-Control points of that last kind. Let s run over [0, 1] in the cell, with the knots at -2, -1, 0, 1, 2, 3. The
-B-spline points of a cubic f are its polar form F at three knots in a row: c_j = F(j-2, j-1, j) for j = 0 to 3, where F
-is the symmetric function, linear in each argument, with F(s, s, s) = f(s). For f = 1, s, s^2, s^3 it is 1, e1/3,
-e2/3, e3, with e1, e2, e3 the sum, the sum of the products of two, and the product of the arguments; a lower degree
-needs no raising first. For Bernstein's cubic that gives the rows (6, -7, 2, 0), (0, 2, -1, 0), (0, -1, 2, 0),
-(0, 2, -7, 6). Rows sum to 1, and they carry the undeformed points into an evenly spaced grid: so the same matrices hold
-for points and for displacements.
+Control points of that last kind. Let s run over [0, 1] in the domain and h be the width of a cell, so that the knots
+stand at the multiples of h. The B-spline points of a cubic f are its polar form F at three knots in a row: c_j =
+F((j-2) h, (j-1) h, j h) for j = 0 to CELLS + 2, where F is the symmetric function, linear in each argument, with
+F(s, s, s) = f(s). For f = 1, s, s^2, s^3 it is 1, e1/3, e2/3, e3, with e1, e2, e3 the sum, the sum of the products of
+two, and the product of the arguments; a lower degree needs no raising first. Rows sum to 1, and they carry the
+undeformed points into an evenly spaced grid: so the same matrices hold for points and for displacements.
+
+One cell would do (for Bernstein's cubic with the rows (6, -7, 2, 0), (0, 2, -1, 0), (0, -1, 2, 0), (0, 2, -7, 6)), but
+such large weights magnify what float32 rounds off each point, the more the farther the outer knots are.
 """
 
 from dataclasses import dataclass
@@ -25,13 +27,17 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from .grid import Grid, degrees, layers_outside
+from .grid import Grid, build_lattice, degrees, layers_outside
 from .settings import BSPLINE_DEGREE
 
 Array = NDArray[np.float64]
 
 LINEAR, BSPLINE = "KEY_LINEAR", "KEY_BSPLINE"
 HIGHEST_DEGREE = 3
+CELLS = 2
+"""Cells of the uniform cubic that stands for one polynomial."""
+ON_A_FACE = 1e-6
+"""Distance from the domain, in its own size, at which a vertex in float32 counts as inside to the native library."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +92,8 @@ def _native_axis(grid: Grid, axis: int) -> NativeAxis:
         polynomials = uniform_quadratic()
     else:
         polynomials = bernstein(degree)
-    return NativeAxis(BSPLINE, cubic_points(polynomials), low - (high - low), high + (high - low))
+    cell = (high - low) / CELLS
+    return NativeAxis(BSPLINE, cubic_points(polynomials, CELLS), low - cell, high + cell)
 
 
 def bernstein(degree: int) -> Array:
@@ -103,15 +110,22 @@ def uniform_quadratic() -> Array:
     return np.array([[0.5, -1.0, 0.5], [0.5, 1.0, -1.0], [0.0, 0.0, 0.5]])
 
 
-def cubic_points(polynomials: Array) -> Array:
-    """(4, points): takes the control points of a basis of ``polynomials`` (points, degree + 1) over [0, 1] to those of
-    the uniform cubic B-spline whose one cell is [0, 1]."""
+def cubic_points(polynomials: Array, cells: int) -> Array:
+    """(cells + 3, points): takes the control points of a basis of ``polynomials`` (points, degree + 1) over [0, 1] to
+    those of the uniform cubic B-spline whose cells fill [0, 1]."""
     rows = []
-    for j in range(4):
-        a, b, c = j - 2.0, j - 1.0, float(j)
+    for j in range(cells + 3):
+        a, b, c = (j - 2) / cells, (j - 1) / cells, j / cells
         polar = np.array([1.0, (a + b + c) / 3.0, (a * b + b * c + c * a) / 3.0, a * b * c])
         rows.append(polynomials @ polar[: polynomials.shape[1]])
     return np.array(rows)
+
+
+def inside(grid: Grid, positions: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """(V,) whether each of the (V, 3) vertices, in object space, is in the lattice's domain."""
+    parameters = build_lattice(grid).parameters(np.asarray(positions, np.float64))
+    beyond = np.abs(parameters - 0.5).max(axis=1) - 0.5
+    return np.asarray(beyond <= ON_A_FACE, np.bool_)
 
 
 def placement(axes: tuple[NativeAxis, NativeAxis, NativeAxis]) -> Array:

@@ -12,9 +12,20 @@ from numpy.typing import NDArray
 
 from ..core import grid, native_lattice, problem
 from ..core.grid import Grid
-from ..core.solver import Request
+from ..core.solver import Request, same_array
 from ..core.tally import Tally
-from . import animation_paths, baked, evaluated, frame_keys, frames, linear_curve, sockets, stack, state
+from . import (
+    animation_paths,
+    baked,
+    evaluated,
+    frame_keys,
+    frames,
+    influence_group,
+    linear_curve,
+    sockets,
+    stack,
+    state,
+)
 
 NAME = "Volume Lattice Points"
 Array = NDArray[np.float64]
@@ -23,9 +34,11 @@ Array = NDArray[np.float64]
 @dataclass
 class Record:
     """What was read of one object, frame by frame. ``follows``: whether the way from lattice to object changes, so that
-    the new lattice has to follow the animator's instead of the object."""
+    the new lattice has to follow the animator's instead of the object. ``inside``: (V,) which vertices move, where
+    some are outside the lattice and stay; None where all move."""
 
     first: Request | None = None
+    inside: NDArray[np.bool_] | None = None
     follows: bool = False
     to_object: list[Array] = field(default_factory=list)
     control: list[Array] = field(default_factory=list)
@@ -64,20 +77,23 @@ def _refusal_of_several(target: frames.Target) -> str | None:
     )
 
 
-def refusal(name: str, request: Request, outside: int) -> str | None:
-    """Why Blender's Lattice modifier cannot do what ours did to the object of that name in one frame, with so many
-    vertices outside the lattice; or None."""
+def refusal(obj: bpy.types.Object, request: Request, outside: int) -> str | None:
+    """Why Blender's Lattice modifier cannot do what ours did to the object in one frame, with so many vertices outside
+    the lattice; or None."""
     axes = native_lattice.native_axes(request.grid)
     if axes is None:
         return (
-            f"the lattice of “{name}” has {' × '.join(map(str, request.grid.shape))} points: Blender's own Lattice"
+            f"the lattice of “{obj.name}” has {' × '.join(map(str, request.grid.shape))} points: Blender's own Lattice"
             f" modifier goes up to 4 on each side with the Bernstein basis. Bake to a point cache instead."
         )
-    extended = request.settings.outside == "Extend" and all(axis.follows_nearest for axis in axes)
-    if outside and not extended:
+    if request.settings.outside == "Extend":
+        held = all(axis.follows_nearest for axis in axes)
+    else:
+        held = obj.data.is_editable and len(request.positions) == len(obj.data.vertices)
+    if outside and not held:
         return (
-            f"{outside} vertices of “{name}” are outside the lattice, where Blender's own Lattice modifier moves them"
-            f" otherwise: make the lattice larger, or bake to a point cache."
+            f"{outside} vertices of “{obj.name}” are outside the lattice, where Blender's own Lattice modifier moves"
+            f" them otherwise: make the lattice larger, or bake to a point cache."
         )
     return None
 
@@ -87,26 +103,35 @@ def _note(record: Record, target: frames.Target, moment: frames.Moment, context:
     request = None if memory is None else memory.solver.request
     if memory is None or request is None or memory.report.control is None:
         raise problem.Problem(f"Frame {moment.words}, “{target.obj.name}”: {' '.join(target.problems())}")
-    text = refusal(target.obj.name, request, memory.report.vertices_outside or 0)
-    if text is None and record.first is not None and not _same_kind(record.first, request):
-        text = f"the lattice's resolution or the inputs of “{target.obj.name}” change: bake to a point cache."
+    outside = memory.report.vertices_outside or 0
+    inside = None
+    if outside and request.settings.outside == "Keep":
+        inside = native_lattice.inside(request.grid, request.positions)
+    text = refusal(target.obj, request, outside)
+    if text is None and record.first is not None:
+        text = _change(record, request, inside, target.obj.name)
     if text:
         raise problem.Problem(f"Frame {moment.words}: {text}")
-    record.first = record.first or request
+    if record.first is None:
+        record.first, record.inside = request, inside
     record.follows = record.follows or not _same_place(record.first.grid, request.grid, target, context)
     record.to_object.append(request.grid.to_object)
     record.control.append(np.array(memory.report.control))
     record.strength.append(request.settings.strength)
 
 
-def _same_kind(one: Request, other: Request) -> bool:
-    """Whether one new lattice and modifier can hold both."""
+def _change(record: Record, request: Request, inside: NDArray[np.bool_] | None, name: str) -> str | None:
+    """What is not as in the first frame and has to be, for one new lattice and modifier to hold both; or None."""
 
     def kind(request: Request) -> tuple[object, ...]:
         rest, settings = request.grid, request.settings
-        return rest.shape, rest.low, rest.high, rest.basis, settings.vertex_group, settings.invert
+        return rest.shape, rest.low, rest.high, rest.basis, settings.vertex_group, settings.invert, settings.outside
 
-    return kind(one) == kind(other)
+    if record.first is not None and kind(record.first) != kind(request):
+        return f"the lattice's resolution or the inputs of “{name}” change: bake to a point cache."
+    if not same_array(record.inside, inside):
+        return f"other vertices of “{name}” are outside the lattice than before: enlarge it, or bake to a point cache."
+    return None
 
 
 def _same_place(one: Grid, other: Grid, target: frames.Target, context: bpy.types.Context) -> bool:
@@ -138,7 +163,8 @@ def _play(target: frames.Target, when: list[float], record: Record) -> None:
     frame_keys.add(lattice, "Frame", when, points)
     modifier = obj.modifiers.new(NAME, "LATTICE")
     modifier.object = lattice
-    _set_influence(modifier, when, record.strength, request)
+    _set_strength(modifier, when, record.strength)
+    modifier.vertex_group, modifier.invert_vertex_group = influence_group.of(obj, request.settings, record.inside)
     stack.move_behind(modifier, target.last)
     baked.switch_over(obj, modifier, ("viewport", "render"))
 
@@ -165,12 +191,8 @@ def _attach(lattice: bpy.types.Object, parent: bpy.types.Object, to_parent: Arra
     lattice.matrix_parent_inverse = Matrix(to_parent.tolist())
 
 
-def _set_influence(
-    modifier: bpy.types.LatticeModifier, when: list[float], strength: list[float], request: Request
-) -> None:
-    obj, settings = modifier.id_data, request.settings
-    if settings.vertex_group in obj.vertex_groups:
-        modifier.vertex_group, modifier.invert_vertex_group = settings.vertex_group, settings.invert
+def _set_strength(modifier: bpy.types.LatticeModifier, when: list[float], strength: list[float]) -> None:
     modifier.strength = strength[0]
     if any(value != strength[0] for value in strength):
-        linear_curve.add(obj, f"{animation_paths.of_modifier(modifier)}.strength", when, strength)
+        path = f"{animation_paths.of_modifier(modifier)}.strength"
+        linear_curve.add(modifier.id_data, path, when, strength)

@@ -9,7 +9,7 @@ from typing import Any
 
 import bpy
 
-from . import animation_paths, frame_keys, removing, stack
+from . import animation_paths, frame_keys, influence_group, removing, stack
 
 KEY = "isochor_bake"
 """Custom property of an object: {"cache": identifier, or empty where shape keys play; "keys": their names; "basis":
@@ -81,10 +81,11 @@ def drop(obj: bpy.types.Object) -> None:
         return
     cache = stand_in(obj)
     if cache is not None:
-        lattice = cache.object if cache.type == "LATTICE" else None
+        lattice, group = (cache.object, cache.vertex_group) if cache.type == "LATTICE" else (None, "")
         path = animation_paths.of_modifier(cache)
         obj.modifiers.remove(cache)
         animation_paths.remove(obj, [path])
+        influence_group.remove(obj, group)
         if lattice is not None and MADE_BY_BAKE in lattice and not removing.is_used(lattice):
             _drop_lattice(lattice)
     frame_keys.remove(obj, keys(obj), bool(obj[KEY].get("basis", False)))

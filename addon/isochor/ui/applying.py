@@ -38,13 +38,13 @@ class ISOCHOR_OT_apply(bpy.types.Operator):
         return False
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        if any(applying.shared(obj) for obj, _ in chosen_modifiers(context)):
+        if any(applying.shared(obj) or not obj.data.is_editable for obj, _ in chosen_modifiers(context)):
             self.single_user = True
             return context.window_manager.invoke_confirm(
                 self,
                 event,
                 title="Apply Volume Lattice",
-                message="Other objects use the mesh too. Make a copy for this one and apply?",
+                message="The mesh is shared, or comes from another file. Give the object one of its own and apply?",
                 confirm_text="Apply",
             )
         return self.execute(context)
