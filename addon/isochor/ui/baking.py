@@ -113,7 +113,7 @@ class ISOCHOR_OT_bake(Stepping, bpy.types.Operator):
         if bpy.app.background:
             return self.execute(context)
         self._with_progress = True
-        return context.window_manager.invoke_props_dialog(self, width=380)
+        return context.window_manager.invoke_props_dialog(self, width=380, confirm_text="Bake")
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = self.layout

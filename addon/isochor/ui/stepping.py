@@ -2,6 +2,7 @@
 """Running a bake from an operator: straight through, or in a window frame by frame with progress until Esc."""
 
 from collections.abc import Callable, Generator
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 import bpy
@@ -13,6 +14,8 @@ Bake = Generator[Step, None, list[str]]
 """What a bake is: an iterator that yields after every frame, returns warnings in plain words, raises Problem where it
 cannot be done, and where it is closed before its end leaves everything as it was."""
 WAIT_S = 0.001
+PATIENCE_S = 0.1
+"""Between two looks at whether Esc was pressed, each of which draws the window anew; a frame may take longer."""
 
 
 class Stepping:
@@ -38,14 +41,16 @@ class Stepping:
         return done
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """One frame each time that the timer ticks; Esc ends it."""
+        """Some frames each time that the timer ticks; Esc ends it."""
         if event.type == "ESC" and event.value == "PRESS":
             self.cancel(context)
             self.report({"INFO"}, "Bake cancelled: nothing was written")
             return {"CANCELLED"}
         if event.type != "TIMER" or self._bake is None:
             return {"RUNNING_MODAL"}
-        done = self._step(self._bake, context)
+        started, done = perf_counter(), None
+        while done is None and perf_counter() - started < PATIENCE_S:
+            done = self._step(self._bake, context)
         if done is None:
             return {"RUNNING_MODAL"}
         self._take_down(context)
