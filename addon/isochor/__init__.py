@@ -5,6 +5,7 @@ from .tool import command_line, handlers
 from .ui import (
     adding,
     animate_panel,
+    applying,
     baking,
     bend_empty,
     measuring,
@@ -19,7 +20,7 @@ from .ui import (
     volume_curve,
 )
 
-OPERATORS = (adding, removing, squash_ground, squash_speed, twist_bone, bend_empty, measuring, baking)
+OPERATORS = (adding, removing, squash_ground, squash_speed, twist_bone, bend_empty, measuring, baking, applying)
 PANELS = (sidebar, animate_panel, overlay, volume_curve)
 PARTS = (preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
 

@@ -4,6 +4,7 @@
 import bpy
 
 from .adding import ISOCHOR_OT_add
+from .applying import ISOCHOR_OT_apply
 from .baking import ISOCHOR_OT_bake, ISOCHOR_OT_free_bake
 from .bend_empty import ISOCHOR_OT_bend_from_empty
 from .measuring import ISOCHOR_OT_measure_volume
@@ -21,6 +22,7 @@ ENTRIES = (
     (ISOCHOR_OT_measure_volume.bl_idname, "FCURVE"),
     (ISOCHOR_OT_bake.bl_idname, "FILE_CACHE"),
     (ISOCHOR_OT_free_bake.bl_idname, "LOOP_BACK"),
+    (ISOCHOR_OT_apply.bl_idname, "CHECKMARK"),
     (ISOCHOR_OT_remove.bl_idname, "X"),
 )
 """Operator and icon of each line of Object, Volume Lattice."""
@@ -34,6 +36,14 @@ class VIEW3D_MT_isochor(bpy.types.Menu):
     def draw(self, _context: bpy.types.Context) -> None:
         for operator, icon in ENTRIES:
             self.layout.operator(operator, icon=icon)
+            if operator == ISOCHOR_OT_apply.bl_idname:
+                draw_as_shape_key(self.layout)
+
+
+def draw_as_shape_key(layout: bpy.types.UILayout) -> None:
+    """The other way to apply, as Blender's own menu lists the two."""
+    entry = layout.operator(ISOCHOR_OT_apply.bl_idname, text="Apply Volume Lattice as Shape Key", icon="SHAPEKEY_DATA")
+    entry.as_shape_key = True
 
 
 def draw_modifier_entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
