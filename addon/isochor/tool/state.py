@@ -3,10 +3,11 @@
 
 import threading
 from collections import Counter
+from collections.abc import Callable
 
 import bpy
 
-from . import node_group, results, stack
+from . import frame_memory, node_group, results, stack
 from .update import Memory, update_object
 
 _lock = threading.RLock()
@@ -20,8 +21,15 @@ def clear() -> None:
     """Forgets everything, as after loading a file or an undo, where Blender's data is another."""
     with _lock:
         _memories.clear()
+        frame_memory.clear()
         _printed.clear()
         _edits.clear()
+
+
+def change_memory(change: Callable[[], None]) -> None:
+    """Calls one of ``frame_memory``'s functions while nothing computes."""
+    with _lock:
+        change()
 
 
 def recall(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mode: str = "VIEWPORT") -> Memory | None:

@@ -12,7 +12,7 @@ from ..core import grid, problem
 from ..core.report import Report
 from ..core.settings import Settings
 from ..core.solver import Outcome, Request, Solver, Vertices
-from . import device, evaluated, node_group, results, sockets, stack
+from . import device, evaluated, frame_memory, node_group, results, sockets, stack
 
 Key = tuple[int, int, str]
 """Session identifier of the object, identifier of the modifier in it, depsgraph mode."""
@@ -83,7 +83,9 @@ def update_object(
         job = Job(obj, obj_evaluated, modifier, depsgraph, mesh_edits)
         if sockets.read(job.evaluated_modifier, sockets.SLOT) != job.slot:
             continue
-        memory = memories.setdefault(job.key, Memory())
+        if job.key not in memories:
+            memories[job.key] = Memory(frame_memory.solver(job.mode))
+        memory = memories[job.key]
         chained = place > 0 and stack.is_ours(modifiers[place - 1])
         fresh = _update_modifier(job, memory, modifiers, fresh if chained else None)
         touched.append(memory)
@@ -182,6 +184,7 @@ def _request(
         rest_volume=None,
         settings=settings,
         device=device.chosen(),
+        double=device.is_double(),
     )
     return request, [*problems, *_between(modifiers, job.modifier)]
 
