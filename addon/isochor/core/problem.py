@@ -76,6 +76,26 @@ def no_device(name: str) -> str:
     return f"There is no adapter “{name}” here, so the CPU computes: choose another in the extension's preferences."
 
 
+def foreign_points(name: str) -> str:
+    """A lattice's points are linked from another file; in an override Blender would lose what is done to them."""
+    return f"The points of “{name}” belong to another file: make its data local (Object, Relations, Make Local)."
+
+
+def locked_shape_key(name: str, key: str) -> str:
+    """The active shape key is locked against edits."""
+    return f"The shape key “{key}” of “{name}” is locked: unlock it, or make another one active."
+
+
+def no_sides(name: str, axis: str) -> str:
+    """A lattice with one layer along an axis has no two sides there."""
+    return f"“{name}” has one layer of points along {axis}, so no two sides: choose another axis."
+
+
+def nothing_selected(name: str) -> str:
+    """In Edit Mode no point of a lattice is selected."""
+    return f"No point of “{name}” is selected: select some, or turn off Only Selected."
+
+
 def sentence(error: Exception) -> str:
     """What an error of the native library says, as a sentence of its own."""
     text = str(error)

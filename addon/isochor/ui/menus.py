@@ -4,10 +4,12 @@
 import bpy
 
 from .adding import ISOCHOR_OT_add
+from .mirroring import ISOCHOR_OT_mirror_lattice
 from .removing import ISOCHOR_OT_remove
 
 ENTRIES = (
     (ISOCHOR_OT_add.bl_idname, "MOD_LATTICE"),
+    (ISOCHOR_OT_mirror_lattice.bl_idname, "MOD_MIRROR"),
     (ISOCHOR_OT_remove.bl_idname, "X"),
 )
 """Operator and icon of each line of Object, Volume Lattice."""

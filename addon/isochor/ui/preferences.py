@@ -20,8 +20,8 @@ PRECISIONS = (
         device.DOUBLE,
         "Double",
         "Everything in double precision, rounded once at the end: each vertex comes out two to three times closer to"
-        " its exact place, the volume no closer. A frame of 35 thousand vertices took 4.5 ms instead of 2.9 on two cores."
-        " Always on the CPU",
+        " its exact place, the volume no closer. A frame of 35 thousand vertices took 4.5 ms instead of 2.9 on two"
+        " cores. Always on the CPU",
     ),
 )
 
