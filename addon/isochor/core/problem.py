@@ -76,6 +76,27 @@ def no_device(name: str) -> str:
     return f"There is no adapter “{name}” here, so the CPU computes: choose another in the extension's preferences."
 
 
+def in_no_scene(name: str) -> str:
+    """The lattice was deleted from its scenes, but Blender keeps it, since a modifier refers to it."""
+    return (
+        f"The lattice “{name}” is in no scene, yet shapes the mesh: clear the modifier's Lattice input, or link it to a"
+        f" collection."
+    )
+
+
+def foreign(name: str) -> str:
+    """An object is linked from another file, where it cannot be changed."""
+    return f"{name} comes from another file: make it local or override it first"
+
+
+def modifier_of_library(name: str, modifier: str) -> str:
+    """An override has this modifier from its library: taken away here, it would be back on loading."""
+    return (
+        f"“{modifier}” of “{name}” comes from another file: remove it there, or switch it off here (its eye and camera"
+        f" buttons)."
+    )
+
+
 def foreign_points(name: str) -> str:
     """A lattice's points are linked from another file; in an override Blender would lose what is done to them."""
     return f"The points of “{name}” belong to another file: make its data local (Object, Relations, Make Local)."

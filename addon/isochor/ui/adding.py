@@ -69,7 +69,7 @@ class ISOCHOR_OT_add(bpy.types.Operator):
         shape = tuple(self.resolution)
         axes = fitted_axes(self.fit, points, np.array(objects[0].matrix_world))
         matrix = box_matrix(points, axes, self.margin, shape, self.basis)
-        lattice = adding.new_lattice(f"{objects[0].name} Lattice", shape, matrix, context)
+        lattice = adding.new_lattice(f"{objects[0].name} Lattice", shape, matrix, context, objects[0])
         if adding.lock_interface(context.scene):
             self.report({"INFO"}, "Lock Interface is now on in the Render menu: renders need it")
         problems = adding.add_modifiers(objects, lattice, self.basis, context)

@@ -47,6 +47,7 @@ class ISOCHOR_OT_clear_memory(bpy.types.Operator):
 
     bl_idname = "isochor.clear_memory"
     bl_label = "Clear Frame Memory"
+    bl_options = {"REGISTER"}
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
         state.change_memory(frame_memory.clear)

@@ -5,9 +5,11 @@ import textwrap
 
 import bpy
 
+from ..core import problem
 from ..core.report import Report
-from ..tool import stack, state
+from ..tool import sockets, stack, state
 from .adding import ISOCHOR_OT_add
+from .choosing import active_object, users_of
 from .removing import ISOCHOR_OT_remove
 
 INSIDE_OUT = "The mesh is inside out: its volume counts as negative, and is kept all the same."
@@ -25,15 +27,33 @@ class VIEW3D_PT_isochor(bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        obj = context.object
-        modifiers = stack.ours(obj) if obj is not None and obj.type == "MESH" else []
-        if not modifiers:
-            layout.label(text="The active object has none")
-        for modifier in modifiers:
-            draw_modifier(layout.box(), obj, modifier, line_width(context))
+        pairs = shown(context)
+        if not pairs:
+            layout.label(text=nothing_to_show(context))
+        for obj, modifier in pairs:
+            draw_modifier(layout.box(), obj, modifier, title(context, obj, modifier), line_width(context))
         row = layout.row(align=True)
         row.operator(ISOCHOR_OT_add.bl_idname, text="Add", icon="MOD_LATTICE")
         row.operator(ISOCHOR_OT_remove.bl_idname, text="Remove", icon="X")
+
+
+def shown(context: bpy.types.Context) -> list[tuple[bpy.types.Object, bpy.types.NodesModifier]]:
+    """The Volume Lattices of the active mesh, or those that the active lattice shapes."""
+    obj = active_object(context)
+    if obj is None:
+        return []
+    return users_of(obj) if obj.type == "LATTICE" else [(obj, modifier) for modifier in stack.ours(obj)]
+
+
+def nothing_to_show(context: bpy.types.Context) -> str:
+    """Why there is nothing, in words."""
+    obj = active_object(context)
+    return "No mesh uses this lattice" if obj is not None and obj.type == "LATTICE" else "The active object has none"
+
+
+def title(context: bpy.types.Context, obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> str:
+    """The modifier's name, with its object's where that is not the active one."""
+    return modifier.name if obj == active_object(context) else f"{obj.name}: {modifier.name}"
 
 
 def line_width(context: bpy.types.Context) -> int:
@@ -43,10 +63,12 @@ def line_width(context: bpy.types.Context) -> int:
 
 
 def draw_modifier(
-    layout: bpy.types.UILayout, obj: bpy.types.Object, modifier: bpy.types.NodesModifier, width: int
+    layout: bpy.types.UILayout, obj: bpy.types.Object, modifier: bpy.types.NodesModifier, name: str, width: int
 ) -> None:
-    """One modifier's problems and numbers, text in lines of ``width`` letters."""
-    layout.label(text=modifier.name, icon="MOD_LATTICE")
+    """One modifier's problems and numbers under its name, text in lines of ``width`` letters."""
+    layout.label(text=name, icon="MOD_LATTICE", translate=False)
+    for text in notes(modifier):
+        draw_text(layout, text, "INFO", width)
     memory = state.recall(obj, modifier)
     if memory is None:
         layout.label(text="Not computed yet")
@@ -59,6 +81,13 @@ def draw_modifier(
     for name, value in rows(memory.report):
         grid.label(text=name)
         grid.label(text=value)
+
+
+def notes(modifier: bpy.types.NodesModifier) -> list[str]:
+    """What is not wrong, and yet perhaps not what the animator believes."""
+    lattice = sockets.read(modifier, sockets.LATTICE)
+    deleted = lattice is not None and lattice.library is None and not lattice.users_collection
+    return [problem.in_no_scene(lattice.name)] if deleted else []
 
 
 def draw_text(layout: bpy.types.UILayout, text: str, icon: str, width: int) -> None:
