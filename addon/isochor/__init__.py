@@ -2,9 +2,9 @@
 """Isochor: a lattice modifier that keeps the volume."""
 
 from .tool import handlers
-from .ui import adding, menus, mirroring, preferences, removing, sidebar
+from .ui import adding, fitting, menus, mirroring, preferences, removing, sidebar
 
-PARTS = (preferences, handlers, adding, removing, mirroring, menus, sidebar)
+PARTS = (preferences, handlers, adding, removing, fitting, mirroring, menus, sidebar)
 
 
 def register() -> None:

@@ -91,6 +91,11 @@ class Solver:
         """The lattice's transform in the frame before; None where that could not be embedded."""
         return self._answered.grid.to_object if self._answered is not None and self._binding is not None else None
 
+    @property
+    def entered(self) -> Vertices | None:
+        """(V, 3) positions that the frame before was computed from."""
+        return None if self._answered is None else self._answered.positions
+
     def solve(self, request: Request) -> Outcome:
         """The outcome of ``request``; the very same object as before where nothing has changed. Never raises
         ``isochor.Error``: it becomes a problem in the report, and the frame the uncorrected deformation."""

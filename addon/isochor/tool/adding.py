@@ -21,7 +21,7 @@ def world_points(obj: bpy.types.Object, context: bpy.types.Context) -> NDArray[n
     if obj.mode == "EDIT":
         points = _selected_positions(obj)
     else:
-        points = _positions(obj.evaluated_get(context.evaluated_depsgraph_get()).data)
+        points = own_positions(obj.evaluated_get(context.evaluated_depsgraph_get()).data)
     return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
@@ -89,7 +89,8 @@ def _add_modifier(obj: bpy.types.Object, lattice: bpy.types.Object, basis: str) 
     return modifier
 
 
-def _positions(mesh: bpy.types.Mesh) -> NDArray[np.float64]:
+def own_positions(mesh: bpy.types.Mesh) -> NDArray[np.float64]:
+    """(V, 3) vertices of a mesh in its own space."""
     positions = np.empty(len(mesh.vertices) * 3, np.float32)
     if len(positions):
         mesh.attributes["position"].data.foreach_get("vector", positions)

@@ -108,7 +108,7 @@ def _update_modifier(
         problems += _edited(job, memory, result, settings)
         outcome = memory.solver.solve(_with_rest_volume(job, memory, request, result))
     except problem.Problem as trouble:
-        outcome = Outcome(None, Report(problems=(str(trouble),)))
+        outcome = Outcome(None, Report(problems=(trouble.sentence,)))
     memory.report = outcome.report
     if problems:
         # The solver hands out the same outcome again: what surrounds it must not be written into it.

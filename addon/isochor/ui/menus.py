@@ -4,11 +4,13 @@
 import bpy
 
 from .adding import ISOCHOR_OT_add
+from .fitting import ISOCHOR_OT_fit_lattice
 from .mirroring import ISOCHOR_OT_mirror_lattice
 from .removing import ISOCHOR_OT_remove
 
 ENTRIES = (
     (ISOCHOR_OT_add.bl_idname, "MOD_LATTICE"),
+    (ISOCHOR_OT_fit_lattice.bl_idname, "FULLSCREEN_EXIT"),
     (ISOCHOR_OT_mirror_lattice.bl_idname, "MOD_MIRROR"),
     (ISOCHOR_OT_remove.bl_idname, "X"),
 )
