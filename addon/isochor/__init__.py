@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Isochor: a lattice modifier that keeps the volume."""
 
+from . import languages
 from .tool import handlers
 from .ui import adding, fitting, menus, mirroring, preferences, removing, sidebar
 
-PARTS = (preferences, handlers, adding, removing, fitting, mirroring, menus, sidebar)
+PARTS = (preferences, handlers, adding, removing, fitting, mirroring, menus, sidebar, languages)
 
 
 def register() -> None:

@@ -24,6 +24,7 @@ EDITED = (
     "The mesh was edited since the lattice was added: Rest is its old volume. Set Reference to Incoming, or fit"
     " the lattice again."
 )
+INSIDE_OUT = "The mesh is inside out: its volume counts as negative, and is kept all the same."
 NO_POINTS = "There are no vertices to fit a lattice to: select a mesh that has some"
 NO_PLACE = "Some vertices have no place (NaN or infinity): correct or delete them first"
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..core import problem
 from ..core.fit import axes_of, box_matrix
 from ..core.oriented import oriented_axes
-from ..tool import adding
+from ..tool import adding, words
 from .choosing import chosen_meshes
 
 BASIS_ITEMS = (
@@ -58,7 +58,7 @@ class ISOCHOR_OT_add(bpy.types.Operator):
         objects = chosen_meshes(context)
         foreign = [obj.name for obj in objects if not obj.is_editable]
         if foreign:
-            self.report({"ERROR"}, problem.foreign(", ".join(foreign)))
+            self.report({"ERROR"}, words.reported(problem.foreign(", ".join(foreign))))
             return {"CANCELLED"}
         points = np.concatenate([adding.world_points(obj, context) for obj in objects])
         if not len(points):

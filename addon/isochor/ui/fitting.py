@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..core import problem
 from ..core.fit import axes_of, box_matrix
-from ..tool import control, refit
+from ..tool import control, refit, words
 from .adding import FIT_ITEMS, fitted_axes
 from .choosing import chosen_modifiers, users_of
 
@@ -52,7 +52,7 @@ class ISOCHOR_OT_fit_lattice(bpy.types.Operator):
                 places.append((lattice, users, self._matrix(lattice, users, context)))
             refit.move([(lattice, matrix) for lattice, _, matrix in places], context)
         except problem.Problem as trouble:
-            self.report({"ERROR"}, str(trouble))
+            self.report({"ERROR"}, words.reported(trouble.sentence))
             return {"CANCELLED"}
         refit.measure_again([user for _, users, _ in places for user in users], context)
         return {"FINISHED"}

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..core import problem
 from ..core.mirror import mirrored
-from ..tool import control
+from ..tool import control, words
 from .choosing import chosen_lattices
 
 AXES = (
@@ -49,7 +49,7 @@ class ISOCHOR_OT_mirror_lattice(bpy.types.Operator):
             for lattice in lattices:
                 self._refuse(lattice)
         except problem.Problem as trouble:
-            self.report({"ERROR"}, str(trouble))
+            self.report({"ERROR"}, words.reported(trouble.sentence))
             return {"CANCELLED"}
         for lattice in lattices:
             chosen = control.selected(lattice) if self._only_selected(lattice) else None

@@ -5,7 +5,8 @@ import bpy
 
 import isochor
 
-from ..tool import device, frame_memory, handlers, state
+from ..core.words import Sentence
+from ..tool import device, frame_memory, handlers, state, words
 
 DEVICES = (
     (device.AUTO, "Auto", "A graphics card where measuring shows it to be faster for the mesh at hand, else the CPU"),
@@ -94,7 +95,8 @@ class IsochorPreferences(bpy.types.AddonPreferences):
 def memory_used() -> str:
     """How much of the frame memory is in use, in words."""
     count, used = frame_memory.used()
-    return f"{count} frames kept, {used / device.MEGABYTE:.1f} MB"
+    megabytes = f"{used / device.MEGABYTE:.1f}"
+    return words.shown(Sentence("{count} frames kept, {megabytes} MB", count=count, megabytes=megabytes))
 
 
 CLASSES = (ISOCHOR_OT_clear_memory, IsochorPreferences)

@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..tool import removing
+from ..tool import removing, words
 from .choosing import chosen_modifiers
 
 
@@ -26,7 +26,7 @@ class ISOCHOR_OT_remove(bpy.types.Operator):
         pairs = chosen_modifiers(context)
         refusals = [text for text in (removing.refusal(*pair) for pair in pairs) if text]
         if refusals:
-            self.report({"ERROR"}, refusals[0])
+            self.report({"ERROR"}, words.reported(refusals[0]))
             return {"CANCELLED"}
         for obj, modifier in pairs:
             removing.remove(obj, modifier)

@@ -7,12 +7,11 @@ import bpy
 
 from ..core import problem
 from ..core.report import Report
-from ..tool import sockets, stack, state
+from ..tool import sockets, stack, state, words
 from .adding import ISOCHOR_OT_add
 from .choosing import active_object, users_of
 from .removing import ISOCHOR_OT_remove
 
-INSIDE_OUT = "The mesh is inside out: its volume counts as negative, and is kept all the same."
 LETTER_WIDTH, ICON_AND_MARGINS = 7.0, 75.0
 """Pixels, at interface scale 1, of a letter of average width, and of what stands beside a line of text in a box."""
 
@@ -48,7 +47,8 @@ def shown(context: bpy.types.Context) -> list[tuple[bpy.types.Object, bpy.types.
 def nothing_to_show(context: bpy.types.Context) -> str:
     """Why there is nothing, in words."""
     obj = active_object(context)
-    return "No mesh uses this lattice" if obj is not None and obj.type == "LATTICE" else "The active object has none"
+    is_lattice = obj is not None and obj.type == "LATTICE"
+    return words.shown("No mesh uses this lattice" if is_lattice else "The active object has none")
 
 
 def title(context: bpy.types.Context, obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> str:
@@ -76,11 +76,11 @@ def draw_modifier(
     for text in memory.report.problems:
         draw_text(layout, text, "ERROR", width)
     if memory.report.inside_out:
-        draw_text(layout, INSIDE_OUT, "INFO", width)
+        draw_text(layout, problem.INSIDE_OUT, "INFO", width)
     grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
     for name, value in rows(memory.report):
-        grid.label(text=name)
-        grid.label(text=value)
+        grid.label(text=name, translate=False)
+        grid.label(text=value, translate=False)
 
 
 def notes(modifier: bpy.types.NodesModifier) -> list[str]:
@@ -93,8 +93,8 @@ def notes(modifier: bpy.types.NodesModifier) -> list[str]:
 def draw_text(layout: bpy.types.UILayout, text: str, icon: str, width: int) -> None:
     """Text over as many lines as it needs."""
     column = layout.column(align=True)
-    for number, line in enumerate(textwrap.wrap(text, width)):
-        column.label(text=line, icon=icon if number == 0 else "BLANK1")
+    for number, line in enumerate(textwrap.wrap(words.shown(text), width)):
+        column.label(text=line, translate=False, icon=icon if number == 0 else "BLANK1")
 
 
 def rows(report: Report) -> list[tuple[str, str]]:
@@ -103,17 +103,17 @@ def rows(report: Report) -> list[tuple[str, str]]:
     volumes = report.volumes
     if volumes is not None:
         found += [
-            ("Target volume", f"{volumes.target:.6g}"),
-            ("Lattice alone", f"{volumes.before:.6g} ({percent(volumes.before, volumes.target)})"),
-            ("Corrected", f"{volumes.after:.6g}"),
-            ("Error", f"{volumes.error:.1e}"),
-            ("Points moved up to", f"{report.largest_displacement:.4g}"),
+            (words.shown("Target volume"), f"{volumes.target:.6g}"),
+            (words.shown("Lattice alone"), f"{volumes.before:.6g} ({percent(volumes.before, volumes.target)})"),
+            (words.shown("Corrected"), f"{volumes.after:.6g}"),
+            (words.shown("Error"), f"{volumes.error:.1e}"),
+            (words.shown("Points moved up to"), f"{report.largest_displacement:.4g}"),
         ]
     if report.vertices_outside is not None:
-        found.append(("Vertices outside", f"{report.vertices_outside}"))
+        found.append((words.shown("Vertices outside"), f"{report.vertices_outside}"))
     if report.result is not None:
-        found.append(("Computed on", report.device_name))
-    found.append(("Time", f"{report.milliseconds:.1f} ms"))
+        found.append((words.shown("Computed on"), report.device_name))
+    found.append((words.shown("Time"), f"{report.milliseconds:.1f} ms"))
     return found
 
 
