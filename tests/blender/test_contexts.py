@@ -5,6 +5,7 @@ import bpy
 import numpy as np
 import pytest
 import scenes
+from drawn import drawn
 
 HIDINGS = ("eye", "object", "collection", "layer", "exclude", "unlinked")
 
@@ -244,6 +245,24 @@ def test_the_sidebar_serves_from_the_mesh_and_from_the_lattice_also_while_it_is_
     bpy.context.view_layer.objects.active = None
     assert shown_names() == []
     assert sidebar.nothing_to_show(bpy.context) == "The active object has none"
+
+
+def test_what_the_tab_draws():
+    panel = scenes.part("ui.sidebar").VIEW3D_PT_isochor
+    ball, lattice, modifier = squashed_ball()
+    lines = drawn(panel, object=ball)
+    assert lines[0] == "Volume Lattice"
+    for name in ("Target volume", "Lattice alone", "Corrected", "Error", "Vertices outside", "Time"):
+        assert name in lines
+    assert {"isochor.add", "isochor.remove"} <= set(lines)
+    assert drawn(panel, object=lattice)[0] == "Ball: Volume Lattice"
+    scenes.set_input(modifier, "Vertex Group", "Nowhere")
+    bpy.context.view_layer.update()
+    assert "There is no vertex group “Nowhere”" in " ".join(drawn(panel, object=ball))
+    bpy.context.view_layer.objects.active = None
+    assert drawn(panel, object=None)[0] == "The active object has none"
+    menu = drawn(scenes.part("ui.menus").VIEW3D_MT_isochor)
+    assert {"isochor.add", "isochor.fit_lattice", "isochor.mirror_lattice", "isochor.remove"} <= set(menu)
 
 
 def test_an_object_in_two_scenes_shows_each_scene_s_own_frame():

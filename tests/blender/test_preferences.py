@@ -2,11 +2,13 @@
 """The preferences of precision and of frame memory: the same picture, closer or sooner."""
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
 import pytest
 import scenes
+from drawn import Layout
 from installed_extension import MODULE
 
 FRAMES = 12
@@ -210,6 +212,15 @@ def test_memory_stays_within_its_limit_is_shown_and_cleared(preferences):
     for _ in range(3):
         play(ball)
     assert frame_memory.used() == (0, 0)
+
+
+def test_what_the_preferences_draw(preferences):
+    layout = Layout()
+    kind = type(preferences)
+    owner = SimpleNamespace(layout=layout, device="NAMED")
+    kind.draw(owner, bpy.context)
+    assert {"device", "adapter", "precision", "memory", "isochor.clear_memory"} <= set(layout.lines)
+    assert "0 frames kept, 0.0 MB" in layout.lines
 
 
 def test_shared_arrays_are_counted_once_and_freed_with_the_last_frame():
