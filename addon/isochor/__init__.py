@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Isochor: a lattice modifier that keeps the volume."""
 
+from . import languages
 from .tool import command_line, handlers
 from .ui import (
     adding,
@@ -8,8 +9,10 @@ from .ui import (
     applying,
     baking,
     bend_empty,
+    fitting,
     measuring,
     menus,
+    mirroring,
     overlay,
     preferences,
     removing,
@@ -20,9 +23,10 @@ from .ui import (
     volume_curve,
 )
 
-OPERATORS = (adding, removing, squash_ground, squash_speed, twist_bone, bend_empty, measuring, baking, applying)
+DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
+OPERATORS = (adding, fitting, mirroring, *DRIVING, measuring, baking, applying, removing)
 PANELS = (sidebar, animate_panel, overlay, volume_curve)
-PARTS = (preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
+PARTS = (languages, preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
 
 
 def register() -> None:

@@ -2,6 +2,7 @@
 """From what enters a modifier in one frame to the vertices that leave it, keeping what frames have in common."""
 
 from dataclasses import dataclass, field
+from functools import partial
 from time import perf_counter
 from typing import Any, Literal
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 import isochor
 
 from . import problem
+from .frames import Frames
 from .grid import Grid, build_lattice
 from .report import Report
 from .settings import Settings
@@ -31,7 +33,7 @@ class Request:
     (F, 3) int32, the very same array as in the frame before where the faces have not changed, or None with the reason
     in ``no_triangles``; ``control`` (nu, nv, nw, 3) float64; ``frame`` (3, 3) rows or None; ``rest_volume`` is the
     volume that entered when the modifier was added, or None where that is not known. ``device`` is what should
-    compute: "auto", "gpu", "cpu" or the name of an adapter.
+    compute: "auto", "gpu", "cpu" or the name of an adapter; ``double`` whether in float64 up to the last rounding.
     """
 
     positions: Vertices = field(repr=False)
@@ -44,14 +46,15 @@ class Request:
     rest_volume: float | None
     settings: Settings
     device: str = "auto"
+    double: bool = False
 
     def same_as(self, other: "Request | None") -> bool:
         """Whether the two ask for the same thing, so that the answer is known."""
         return (
             other is not None
             and self.triangles is other.triangles
-            and (self.no_triangles, self.rest_volume, self.settings, self.device)
-            == (other.no_triangles, other.rest_volume, other.settings, other.device)
+            and (self.no_triangles, self.rest_volume, self.settings, self.device, self.double)
+            == (other.no_triangles, other.rest_volume, other.settings, other.device, other.double)
             and self.grid.same_as(other.grid)
             and np.array_equal(self.control, other.control)
             and same_array(self.frame, other.frame)
@@ -69,9 +72,13 @@ class Outcome:
 
 
 class Solver:
-    """The cache of one modifier in one mode (viewport or render). Not thread-safe: the caller serialises."""
+    """The cache of one modifier in one mode (viewport or render). Not thread-safe: the caller serialises.
 
-    def __init__(self) -> None:
+    ``frames``: where frames seen before are kept, shared with other solvers; by default none is.
+    """
+
+    def __init__(self, frames: Frames | None = None) -> None:
+        self._frames = Frames() if frames is None else frames
         self._binding: isochor.Binding | None = None
         self._lattice: isochor.Lattice | None = None
         self._bound: Request | None = None
@@ -81,8 +88,13 @@ class Solver:
 
     @property
     def bound_transform(self) -> NDArray[np.float64] | None:
-        """The lattice's transform that the present embedding was made with."""
-        return self._bound.grid.to_object if self._bound is not None and self._binding is not None else None
+        """The lattice's transform in the frame before; None where that could not be embedded."""
+        return self._answered.grid.to_object if self._answered is not None and self._binding is not None else None
+
+    @property
+    def entered(self) -> Vertices | None:
+        """(V, 3) positions that the frame before was computed from."""
+        return None if self._answered is None else self._answered.positions
 
     @property
     def request(self) -> Request | None:
@@ -94,8 +106,11 @@ class Solver:
         ``isochor.Error``: it becomes a problem in the report, and the frame the uncorrected deformation."""
         if self._outcome is None or not request.same_as(self._answered):
             started = perf_counter()
-            self._outcome, self._answered = self._fresh(request), request
+            known = self._frames.find(self, request) if self._binding is not None else None
+            self._outcome, self._answered = self._fresh(request) if known is None else known, request
             self._outcome.report.milliseconds = (perf_counter() - started) * 1e3
+            if known is None and self._binding is not None:
+                self._frames.keep(self, request, self._outcome)
         return self._outcome
 
     def incoming_volume(self, request: Request) -> float | None:
@@ -111,7 +126,7 @@ class Solver:
 
     def bound_volume(self) -> float | None:
         """Signed volume of the mesh that entered last, or None where it encloses none."""
-        return None if self._bound is None else self.incoming_volume(self._bound)
+        return None if self._answered is None else self.incoming_volume(self._answered)
 
     def bound_target(self) -> float | None:
         """Signed volume that the mesh that entered last should have, or None where it encloses none."""
@@ -132,14 +147,18 @@ class Solver:
             return Outcome(None, Report(problems=(problem.sentence(error),)))
         problems = (self._no_device,) if self._no_device else ()
         report = Report(binding=binding, grid=request.grid, asked=request.control, problems=problems)
+        report.embed = partial(self._bind, request)
         if request.settings.preserve <= 0.0:
-            return Outcome(binding.deform(request.control), report)
+            return Outcome(single(binding.deform(request.control)), report)
         try:
             report.result = self._preserve(binding, request)
-            return Outcome(report.result.vertices, report)
         except isochor.Error as error:
             report.problems = (*problems, request.no_triangles or problem.sentence(error))
-            return Outcome(binding.deform(request.control), report)
+            return Outcome(single(binding.deform(request.control)), report)
+        vertices = single(report.result.vertices)
+        if request.double and request.triangles is not None:
+            report.rounded = vertices, request.triangles
+        return Outcome(vertices, report)
 
     def _preserve(self, binding: isochor.Binding, request: Request) -> isochor.Preserved:
         settings = request.settings
@@ -160,6 +179,7 @@ class Solver:
     def _bind(self, request: Request) -> isochor.Binding:
         before = self._bound
         if self._binding is None or before is None or not self._same_mesh(request, before):
+            self._frames.forget(self)
             self._lattice = build_lattice(request.grid)
             self._binding = self._bind_anew(self._lattice, request)
         else:
@@ -168,11 +188,11 @@ class Solver:
         return self._binding
 
     def _bind_anew(self, lattice: isochor.Lattice, request: Request) -> isochor.Binding:
-        """Binds to the device asked for, or where this machine does not have it to the CPU."""
+        """Binds to the device asked for, or where this machine does not have it to the CPU; float64 is the CPU's."""
 
         def bind(device: str) -> isochor.Binding:
             return lattice.bind(
-                request.positions,
+                entering(request),
                 request.triangles,
                 device=device,
                 outside=OUTSIDES[request.settings.outside],
@@ -181,7 +201,7 @@ class Solver:
 
         self._no_device = ""
         try:
-            return bind(request.device)
+            return bind("cpu" if request.double else request.device)
         except isochor.UnknownDeviceError:
             self._no_device = problem.no_device(request.device)
             return bind("cpu")
@@ -191,7 +211,7 @@ class Solver:
             request.triangles is before.triangles
             and len(request.positions) == len(before.positions)
             and request.settings.outside == before.settings.outside
-            and request.device == before.device
+            and (request.device, request.double) == (before.device, before.double)
             and (request.influence is None) == (before.influence is None)
         )
 
@@ -205,7 +225,7 @@ class Solver:
         if not same_lattice:
             self._lattice = build_lattice(request.grid)
         binding.update(
-            vertices=None if same_positions else request.positions,
+            vertices=None if same_positions else entering(request),
             lattice=None if same_lattice else self._lattice,
             influence=None if same_influence else request.influence,
         )
@@ -225,6 +245,16 @@ def wanted_volume(binding: isochor.Binding, request: Request) -> float | None:
     if perhaps_flat and request.triangles is not None and is_flat(request.positions, request.triangles):
         raise isochor.VolumeError(problem.FLAT)
     return (own if rest is None else rest) * settings.target
+
+
+def entering(request: Request) -> Vertices:
+    """The positions in the precision to compute in, which the native library takes from them."""
+    return request.positions.astype(np.float64) if request.double else request.positions
+
+
+def single(vertices: Vertices) -> Vertices:
+    """In the float32 that Blender keeps."""
+    return vertices.astype(np.float32, copy=False)
 
 
 def same_array(one: NDArray[Any] | None, other: NDArray[Any] | None) -> bool:

@@ -3,10 +3,11 @@
 
 import threading
 from collections import Counter
+from collections.abc import Callable
 
 import bpy
 
-from . import node_group, results, stack
+from . import frame_memory, node_group, results, stack
 from .update import Memory, update_object
 
 _lock = threading.RLock()
@@ -20,6 +21,7 @@ def clear() -> None:
     """Forgets everything, as after loading a file or an undo, where Blender's data is another."""
     with _lock:
         _memories.clear()
+        frame_memory.clear()
         _printed.clear()
         _edits.clear()
 
@@ -30,7 +32,13 @@ def forget(objects: list[bpy.types.Object]) -> None:
     with _lock:
         uids = {obj.session_uid for obj in objects}
         for key in [key for key in _memories if key[0] in uids]:
-            del _memories[key]
+            frame_memory.forget(_memories.pop(key).solver)
+
+
+def change_memory(change: Callable[[], None]) -> None:
+    """Calls one of ``frame_memory``'s functions while nothing computes."""
+    with _lock:
+        change()
 
 
 def recall(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mode: str = "VIEWPORT") -> Memory | None:

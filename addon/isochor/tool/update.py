@@ -12,7 +12,7 @@ from ..core import grid, problem, shaping
 from ..core.report import Report
 from ..core.settings import Settings
 from ..core.solver import Outcome, Request, Solver, Vertices
-from . import device, evaluated, node_group, results, sockets, stack
+from . import device, evaluated, frame_memory, node_group, results, sockets, stack
 
 Key = tuple[int, int, str]
 """Session identifier of the object, identifier of the modifier in it, depsgraph mode."""
@@ -84,7 +84,9 @@ def update_object(
         job = Job(obj, obj_evaluated, modifier, depsgraph, mesh_edits)
         if sockets.read(job.evaluated_modifier, sockets.SLOT) != job.slot:
             continue
-        memory = memories.setdefault(job.key, Memory())
+        if job.key not in memories:
+            memories[job.key] = Memory(frame_memory.solver(job.mode))
+        memory = memories[job.key]
         chained = place > 0 and stack.is_ours(modifiers[place - 1])
         fresh = _update_modifier(job, memory, modifiers, fresh if chained else None)
         touched.append(memory)
@@ -107,7 +109,7 @@ def _update_modifier(
         problems += _edited(job, memory, result, settings)
         outcome = memory.solver.solve(_with_rest_volume(job, memory, request, result))
     except problem.Problem as trouble:
-        outcome = Outcome(None, Report(problems=(str(trouble),)))
+        outcome = Outcome(None, Report(problems=(trouble.sentence,)))
     memory.report = outcome.report
     if problems:
         # The solver hands out the same outcome again: what surrounds it must not be written into it.
@@ -183,6 +185,7 @@ def _request(
         rest_volume=None,
         settings=settings,
         device=device.chosen(),
+        double=device.is_double(),
     )
     return request, [*problems, *_between(modifiers, job.modifier)]
 

@@ -7,7 +7,9 @@ from .adding import ISOCHOR_OT_add
 from .applying import ISOCHOR_OT_apply
 from .baking import ISOCHOR_OT_bake, ISOCHOR_OT_free_bake
 from .bend_empty import ISOCHOR_OT_bend_from_empty
+from .fitting import ISOCHOR_OT_fit_lattice
 from .measuring import ISOCHOR_OT_measure_volume
+from .mirroring import ISOCHOR_OT_mirror_lattice
 from .removing import ISOCHOR_OT_remove
 from .squash_ground import ISOCHOR_OT_squash_from_ground
 from .squash_speed import ISOCHOR_OT_squash_from_speed
@@ -23,6 +25,8 @@ ENTRIES = (
     (ISOCHOR_OT_bake.bl_idname, "FILE_CACHE"),
     (ISOCHOR_OT_free_bake.bl_idname, "LOOP_BACK"),
     (ISOCHOR_OT_apply.bl_idname, "CHECKMARK"),
+    (ISOCHOR_OT_fit_lattice.bl_idname, "FULLSCREEN_EXIT"),
+    (ISOCHOR_OT_mirror_lattice.bl_idname, "MOD_MIRROR"),
     (ISOCHOR_OT_remove.bl_idname, "X"),
 )
 """Operator and icon of each line of Object, Volume Lattice."""
