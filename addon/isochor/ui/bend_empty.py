@@ -25,6 +25,7 @@ class ISOCHOR_OT_bend_from_empty(Driving):
         name="Empty",
         description="The object to bend towards; empty takes the selected one, or makes one where none is selected",
         search=search_objects,
+        options={"SKIP_SAVE"},
     )
 
     def put(self, context: bpy.types.Context, pairs: Pairs) -> None:
@@ -32,6 +33,7 @@ class ISOCHOR_OT_bend_from_empty(Driving):
         frames = [frame_of(obj, modifier, context) for obj, modifier in pairs]
         makes = not self.empty and not beside(context, pairs, ())
         chosen = None if makes else target(context, self.empty, pairs, "Empty")
+        self.empty = chosen.name if chosen is not None else ""
         for (obj, modifier), frame in zip(pairs, frames, strict=True):
             empty = chosen or new_empty(obj, modifier, frame, context)
             bend, direction = expressions(frame, sockets.read(modifier, "Axis"), sockets.read(modifier, "Pivot"))

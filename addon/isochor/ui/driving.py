@@ -21,7 +21,9 @@ class Driving(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     replace: bpy.props.BoolProperty(
-        name="Replace", description="Put it in the place of a driver that is already there and not the add-on's own"
+        name="Replace",
+        description="Put it in the place of a driver that is already there and not the add-on's own",
+        options={"SKIP_SAVE"},
     )
 
     @classmethod

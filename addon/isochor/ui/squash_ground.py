@@ -29,7 +29,10 @@ class ISOCHOR_OT_squash_from_ground(Driving):
     bl_label = "Squash from Ground"
 
     ground: bpy.props.StringProperty(
-        name="Ground", description="The ground object; empty takes the selected one", search=search_objects
+        name="Ground",
+        description="The ground object; empty takes the selected one",
+        search=search_objects,
+        options={"SKIP_SAVE"},
     )
     surface: bpy.props.EnumProperty(name="Surface", description="Height of the ground", items=SURFACE_ITEMS)
     pivot: bpy.props.EnumProperty(name="Pivot", description="What keeps its place in the squash", items=PIVOT_ITEMS)
@@ -45,6 +48,7 @@ class ISOCHOR_OT_squash_from_ground(Driving):
     def put(self, context: bpy.types.Context, pairs: Pairs) -> None:
         refuse_taken(pairs, (sockets.SQUASH,), self.replace)
         ground = target(context, self.ground, pairs, "Ground")
+        self.ground = ground.name
         depsgraph = context.evaluated_depsgraph_get()
         plans = [plan(obj, modifier, depsgraph, self.pivot) for obj, modifier in pairs]
         offset = ground_offset(ground.evaluated_get(depsgraph)) if self.surface == "TOP" else 0.0

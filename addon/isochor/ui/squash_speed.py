@@ -25,8 +25,12 @@ class ISOCHOR_OT_squash_from_speed(Driving):
     bl_idname = "isochor.squash_from_speed"
     bl_label = "Squash from Speed"
 
-    frame_start: bpy.props.IntProperty(name="Start", description="First frame; the scene's unless set")
-    frame_end: bpy.props.IntProperty(name="End", description="Last frame; the scene's unless set")
+    frame_start: bpy.props.IntProperty(
+        name="Start", description="First frame; the scene's unless set", options={"SKIP_SAVE"}
+    )
+    frame_end: bpy.props.IntProperty(
+        name="End", description="Last frame; the scene's unless set", options={"SKIP_SAVE"}
+    )
     direction: bpy.props.EnumProperty(name="Direction", description="Which speed counts", items=DIRECTION_ITEMS)
     stretch: bpy.props.FloatProperty(
         name="Stretch",

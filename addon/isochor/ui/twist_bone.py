@@ -24,9 +24,14 @@ class ISOCHOR_OT_twist_from_bone(Driving):
     bl_label = "Twist from Bone"
 
     armature: bpy.props.StringProperty(
-        name="Armature", description="The armature object; empty takes the selected one", search=search_objects
+        name="Armature",
+        description="The armature object; empty takes the selected one",
+        search=search_objects,
+        options={"SKIP_SAVE"},
     )
-    bone: bpy.props.StringProperty(name="Bone", description="The bone; empty takes the active one of the armature")
+    bone: bpy.props.StringProperty(
+        name="Bone", description="The bone; empty takes the active one of the armature", options={"SKIP_SAVE"}
+    )
     axis: bpy.props.EnumProperty(name="Axis", description="The bone's axis", items=AXIS_ITEMS, default="Y")
     factor: bpy.props.FloatProperty(name="Factor", description="Twist for each turn of the bone", default=1.0)
 
@@ -34,6 +39,7 @@ class ISOCHOR_OT_twist_from_bone(Driving):
         refuse_taken(pairs, (sockets.TWIST,), self.replace)
         armature = target(context, self.armature, pairs, "Armature", ("ARMATURE",))
         bone = bone_of(armature, self.bone)
+        self.armature, self.bone = armature.name, bone
         depsgraph = context.evaluated_depsgraph_get()
         factors = [self.factor * sense(modifier, armature, bone, self.axis, depsgraph) for _obj, modifier in pairs]
         for (obj, modifier), factor in zip(pairs, factors, strict=True):
