@@ -17,7 +17,7 @@ sys.path.insert(0, str(HERE))
 
 import screenshot_scenes as scenes  # noqa: E402
 import window  # noqa: E402
-from blender_session import command_arguments, install_extension  # noqa: E402
+from blender_session import EXTENSION, command_arguments, install_extension  # noqa: E402
 
 
 def opened(name: str) -> type:
@@ -42,7 +42,10 @@ def set_up_window() -> window.Steps:
     view.spaces.active.show_region_ui = True
     yield from window.settle()
     window.region(view, "UI").active_panel_category = "Isochor"
-    window.area("PROPERTIES").spaces.active.context = "MODIFIER"
+    properties = window.area("PROPERTIES")
+    properties.spaces.active.context = "MODIFIER"
+    with window.within(properties):
+        bpy.ops.screen.area_move(x=properties.x - 1, y=properties.y + 100, delta=-80)
     yield from window.settle()
 
 
@@ -136,7 +139,7 @@ def popover(out: Path) -> window.Steps:
     yield from window.settle()
     with window.within(view, "HEADER"):
         bpy.ops.wm.call_panel(name="VIEW3D_PT_overlay", keep_open=True)
-    yield from window.picture(out / "overlays-popover.png", view)
+    yield from window.picture(out / "overlays-popover.png")
 
 
 def everything(out: Path) -> window.Steps:
@@ -145,6 +148,9 @@ def everything(out: Path) -> window.Steps:
     shading()
     for part in (just_added, squashed, deformed_space, volume_curve, popover):
         yield from part(out)
+    complaints = sys.modules[f"{EXTENSION}.tool.overlay"].complaints()
+    if complaints:
+        raise RuntimeError(f"the overlay could not always be drawn: {complaints}")
 
 
 def main() -> None:

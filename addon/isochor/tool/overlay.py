@@ -117,6 +117,11 @@ def _draw_pixels(context: bpy.types.Context, settings: overlay_settings.IsochorO
             overlay_legend.draw(context, full_colour(settings, found))
 
 
+def complaints() -> list[str]:
+    """What went wrong while drawing since the file was loaded, each once."""
+    return sorted(_complaints)
+
+
 @persistent
 def file_loaded(*_arguments: object) -> None:
     """Another file: nothing drawn before belongs to it."""
