@@ -44,8 +44,7 @@ def set_up_window() -> window.Steps:
     window.region(view, "UI").active_panel_category = "Isochor"
     properties = window.area("PROPERTIES")
     properties.spaces.active.context = "MODIFIER"
-    with window.within(properties):
-        bpy.ops.screen.area_move(x=properties.x - 1, y=properties.y + 100, delta=-80)
+    window.move_edge(properties.x - 1, properties.y + 100, -80)
     yield from window.settle()
 
 

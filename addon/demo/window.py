@@ -40,6 +40,14 @@ def within(place: bpy.types.Area, kind: str = "WINDOW") -> Any:
     return bpy.context.temp_override(window=window, screen=window.screen, area=place, region=region(place, kind))
 
 
+def move_edge(x: int, y: int, pixels: int) -> None:
+    """Moves the edge between areas at that place to the right, where the mouse does not keep Blender from it."""
+    window = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=window, screen=window.screen):
+        if bpy.ops.screen.area_move.poll():
+            bpy.ops.screen.area_move(x=x, y=y, delta=pixels)
+
+
 def redraw() -> None:
     """Asks every area to draw itself."""
     for window in bpy.context.window_manager.windows:

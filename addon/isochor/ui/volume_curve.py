@@ -89,7 +89,8 @@ def draw_curve(
     width = max(180.0, context.region.width - MARGINS * scale)
     side = int(width - PADDING * scale)
     name = f"{obj.session_uid} {modifier.persistent_uid}"
-    icon = curve_picture.preview(name, curve, (side, side), curve_picture.look_of_theme(context))
+    look = curve_picture.look_of_theme(context)
+    icon = curve_picture.preview(name, curve, side, look, max(1, round(scale)))
     layout.template_icon(icon_value=icon, scale=width / (UNIT * scale))
     grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
     for name, value in rows(curve):
