@@ -15,6 +15,7 @@ class VIEW3D_PT_isochor_overlay(bpy.types.Panel):
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 20
 
     def draw_header(self, context: bpy.types.Context) -> None:
         self.layout.prop(overlay_settings.of(context.workspace), "show", text="")

@@ -57,6 +57,7 @@ class VIEW3D_PT_isochor_volume_curve(bpy.types.Panel):
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 21
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
