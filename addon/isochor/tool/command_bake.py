@@ -80,8 +80,9 @@ def _bake_part(
             yield writer.sample
             writer.finish()
 
+    strict = not options.allow_problems
     with bake_file.plain_words():
-        for step in recording.record(bpy.context, chosen, when, opening, Tally(), strict=not options.allow_problems):
+        for step in recording.record(bpy.context, chosen, when, opening, Tally(), strict, every[0]):
             command_scene.tell(step, _words(chosen))
 
 
