@@ -2,7 +2,7 @@
 """Isochor: a lattice modifier that keeps the volume."""
 
 from .tool import command_line, handlers
-from .ui import adding, baking, measuring, menus, overlay, preferences, removing, sidebar, volume_curve
+from .ui import adding, bake_panel, baking, measuring, menus, overlay, preferences, removing, sidebar, volume_curve
 
 PARTS = (
     preferences,
@@ -15,6 +15,7 @@ PARTS = (
     sidebar,
     overlay,
     volume_curve,
+    bake_panel,
     command_line,
 )
 

@@ -118,7 +118,7 @@ def _target(obj: bpy.types.Object) -> Target:
 
 def _require_evaluated(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
     if not obj.evaluated_get(depsgraph).is_evaluated:
-        raise problem.Problem(f"“{obj.name}” is hidden, or in no collection of this view layer: show it first.")
+        raise problem.Problem(f"“{obj.name}” is hidden with its collection: show that first.")
 
 
 def _anchor(objects: list[bpy.types.Object], scene: bpy.types.Scene, moment: Moment) -> None:
@@ -143,9 +143,18 @@ def _as_rendered(chosen: list[Target], scene: bpy.types.Scene, view_layer: bpy.t
         if scene.render.use_simplify:
             _set(scene.render, "simplify_subdivision", scene.render.simplify_subdivision_render, undo)
         for target in chosen:
+            _unhide(target.obj, view_layer, undo)
             _set_for_walk(target, undo)
         undo.callback(state.forget, [target.obj for target in chosen])
         yield
+
+
+def _unhide(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer, undo: ExitStack) -> None:
+    """Renders see what the viewport alone hides."""
+    _set(obj, "hide_viewport", False, undo)
+    if obj.hide_get(view_layer=view_layer):
+        obj.hide_set(False, view_layer=view_layer)
+        undo.callback(obj.hide_set, True, view_layer=view_layer)
 
 
 def _set_for_walk(target: Target, undo: ExitStack) -> None:

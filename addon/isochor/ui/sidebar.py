@@ -6,7 +6,7 @@ import textwrap
 import bpy
 
 from ..core.report import Report
-from ..tool import stack, state
+from ..tool import baked, stack, state
 from .adding import ISOCHOR_OT_add
 from .removing import ISOCHOR_OT_remove
 
@@ -49,7 +49,7 @@ def draw_modifier(
     layout.label(text=modifier.name, icon="MOD_LATTICE")
     memory = state.recall(obj, modifier)
     if memory is None:
-        layout.label(text="Not computed yet")
+        layout.label(text="Baked: not computed" if baked.KEY in obj else "Not computed yet")
         return
     for text in memory.report.problems:
         draw_text(layout, text, "ERROR", width)
