@@ -88,7 +88,8 @@ def _bake_part(
 
 def _is_there(folder: Path, whole: Whole, chunk: tuple[int, int]) -> bool:
     """Whether sound parts hold every sample of the chunk."""
-    return set(whole.indices(*chunk)) <= joining.find(folder, whole).covered()
+    wanted = whole.indices(*chunk)
+    return set(wanted) <= joining.find(folder, whole, wanted).covered()
 
 
 def _words(chosen: list[frames.Target]) -> str:
