@@ -7,6 +7,7 @@ from .ui import (
     adding,
     animate_panel,
     applying,
+    bake_panel,
     baking,
     bend_empty,
     fitting,
@@ -25,7 +26,7 @@ from .ui import (
 
 DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
 OPERATORS = (adding, fitting, mirroring, *DRIVING, measuring, baking, applying, removing)
-PANELS = (sidebar, animate_panel, overlay, volume_curve)
+PANELS = (sidebar, animate_panel, bake_panel, overlay, volume_curve)
 PARTS = (languages, preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
 
 

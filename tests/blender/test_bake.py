@@ -283,12 +283,31 @@ def test_refusals(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["file"]
 
 
-def test_a_hidden_object_is_refused(tmp_path):
+@pytest.mark.parametrize("way", ["screen", "eye"])
+def test_what_the_viewport_alone_hides_is_baked_and_stays_hidden(tmp_path, way):
     ball, _ = bouncing()
-    ball.hide_viewport = True
-    text = refusal(format="PC2", directory=str(tmp_path))
-    assert "“Ball” is hidden" in text
+    seen = shapes(ball, ALL)
+    if way == "screen":
+        ball.hide_viewport = True
+    else:
+        ball.hide_set(True)
+    assert bpy.ops.isochor.bake(format="PC2", directory=str(tmp_path)) == {"FINISHED"}
+    assert ball.hide_viewport == (way == "screen")
+    assert ball.hide_get() == (way == "eye")
+    assert np.abs(cached(tmp_path / "Ball.pc2") - seen).max() < 1e-6
+
+
+def test_an_object_hidden_with_its_collection_is_refused(tmp_path):
+    ball, _ = bouncing()
+    collection = bpy.data.collections.new("Hidden")
+    bpy.context.scene.collection.children.link(collection)
+    bpy.context.scene.collection.objects.unlink(ball)
+    collection.objects.link(ball)
+    bpy.context.view_layer.objects.active = ball
+    collection.hide_viewport = True
+    assert "“Ball” is hidden with its collection" in refusal(format="PC2", directory=str(tmp_path))
     assert not list(tmp_path.iterdir())
+    assert len(ball.modifiers) == 1
 
 
 def test_linked_objects_are_refused(tmp_path):

@@ -55,7 +55,7 @@ def unit_columns(matrix: Array) -> Array:
 
 
 def steadied(transform: Array, before: Array | None, object_matrix: Array, lattice_matrix: Array) -> Array:
-    """The transform of the frame before, where the two differ by no more than Blender's float32 matrices are rounded.
+    """The transform ``before``, of another frame, where the two differ by no more than Blender's matrices are rounded.
 
     Object and lattice that move together differ so in every frame; taking that for motion would embed anew each time.
     """

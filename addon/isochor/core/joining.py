@@ -37,13 +37,14 @@ class Found:
         return counts.pop()
 
 
-def find(folder: Path, whole: Whole) -> Found:
-    """Looks at every part in the folder, whatever it is called, and checks those of this bake to the last byte."""
+def find(folder: Path, whole: Whole, wanted: range) -> Found:
+    """Looks at every part in the folder, whatever it is called, and checks those of this bake that hold one of the
+    wanted samples to the last byte."""
     found = Found()
     for path in sorted(folder.glob(f"*{part_file.SUFFIX}")) if folder.is_dir() else ():
         try:
             head = part_file.read_head(path)
-            if _same_frames(head.whole, whole):
+            if _same_frames(head.whole, whole) and _overlap(head.indices, wanted):
                 if head.whole.blend != whole.blend:
                     found.outdated.append(path.name)
                 else:
@@ -103,6 +104,10 @@ def frame_words(frames: list[int]) -> str:
             runs.append([frame])
     texts = [str(run[0]) if len(run) == 1 else f"{run[0]}-{run[-1]}" for run in runs]
     return f"frame{'s' if len(frames) > 1 else ''} {', '.join(texts)}"
+
+
+def _overlap(one: range, other: range) -> bool:
+    return one.start < other.stop and other.start < one.stop
 
 
 def _same_frames(one: Whole, other: Whole) -> bool:

@@ -80,14 +80,16 @@ def _bake_part(
             yield writer.sample
             writer.finish()
 
+    strict = not options.allow_problems
     with bake_file.plain_words():
-        for step in recording.record(bpy.context, chosen, when, opening, Tally(), strict=not options.allow_problems):
+        for step in recording.record(bpy.context, chosen, when, opening, Tally(), strict, every[0]):
             command_scene.tell(step, _words(chosen))
 
 
 def _is_there(folder: Path, whole: Whole, chunk: tuple[int, int]) -> bool:
     """Whether sound parts hold every sample of the chunk."""
-    return set(whole.indices(*chunk)) <= joining.find(folder, whole).covered()
+    wanted = whole.indices(*chunk)
+    return set(wanted) <= joining.find(folder, whole, wanted).covered()
 
 
 def _words(chosen: list[frames.Target]) -> str:

@@ -37,7 +37,8 @@ def join(chosen: list[frames.Target], wholes: dict[str, Whole], folder: Path, ki
     written, where one lacks a frame."""
     paths = cache_places.in_folder([target.obj for target in chosen], folder, kind)
     with bake_file.plain_words():
-        found = {name: joining.find(folder / part_file.FOLDER, whole) for name, whole in wholes.items()}
+        place = folder / part_file.FOLDER
+        found = {name: joining.find(place, whole, range(whole.count)) for name, whole in wholes.items()}
         for name, whole in wholes.items():
             joining.require_complete(found[name], whole)
         for path, (name, whole) in zip(paths, wholes.items(), strict=True):
@@ -56,6 +57,7 @@ def _write(path: Path, kind: point_cache.Format, found: joining.Found, whole: Wh
 
 def _save(chosen: list[frames.Target], paths: list[Path], plan: bake_file.Plan, place: Path) -> None:
     """Saves a copy that plays the files, by paths relative to where it lies."""
+    plan.require_playable()
     for target, path in zip(chosen, paths, strict=True):
         for text in bake_file.play(target, cache_places.relative(path.absolute()), plan):
             print(f"Warning: {text}", flush=True)

@@ -28,11 +28,11 @@ def fingerprint(path: Path) -> str:
 
 
 def chosen_targets(names: list[str]) -> list[frames.Target]:
-    """The objects of these names; without names, all of the scene that have a Volume Lattice which renders see."""
+    """The objects of these names; without names, all that renders see and that have a Volume Lattice which they see."""
     if names:
         return frames.targets([_named(name) for name in dict.fromkeys(names)])
     view = bpy.context.view_layer
-    users = [obj for obj in stack.users(node_group.all_groups()) if obj.name in view.objects]
+    users = [obj for obj in stack.users(node_group.all_groups()) if obj.name in view.objects and not obj.hide_render]
     found = [obj for obj in users if any(baked.seen_by_renders(obj, modifier) for modifier in stack.ours(obj))]
     if not found:
         raise Problem("No object of the scene has a Volume Lattice that renders see: there is nothing to do.")

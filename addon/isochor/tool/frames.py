@@ -73,17 +73,23 @@ def targets(objects: list[bpy.types.Object]) -> list[Target]:
     return [_target(obj) for obj in dict.fromkeys(objects)]
 
 
-def walk(context: bpy.types.Context, chosen: list[Target], when: list[Moment]) -> Generator[Moment]:
-    """Shows each moment and yields it once it is evaluated, computed anew: what is read does not depend on the frames
-    before. Use it in ``contextlib.closing``, so that everything is put back at once where the loop is left.
+def walk(
+    context: bpy.types.Context, chosen: list[Target], when: list[Moment], anchor: Moment | None = None
+) -> Generator[Moment]:
+    """Shows each moment and yields it once it is evaluated. What is read follows from that moment and the anchor, to
+    the last bit: walks that share an anchor, by default the first moment, agree wherever they meet. Use it in
+    ``contextlib.closing``, so that everything is put back at once where the loop is left.
 
     Raises Problem where Blender evaluates one of the objects not at all, as one that is hidden.
     """
     scene, view_layer = context.scene, context.view_layer
     with _frame_kept(scene), device.steady(), _as_rendered(chosen, scene, view_layer):
+        shown = anchor or when[0]
+        _anchor([target.obj for target in chosen], scene, shown)
         for moment in when:
-            state.forget([target.obj for target in chosen])
-            scene.frame_set(moment.frame, subframe=moment.subframe)
+            if moment != shown:
+                scene.frame_set(moment.frame, subframe=moment.subframe)
+            shown = moment
             for target in chosen:
                 _require_evaluated(target.obj, view_layer.depsgraph)
             yield moment
@@ -112,7 +118,13 @@ def _target(obj: bpy.types.Object) -> Target:
 
 def _require_evaluated(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
     if not obj.evaluated_get(depsgraph).is_evaluated:
-        raise problem.Problem(f"“{obj.name}” is hidden, or in no collection of this view layer: show it first.")
+        raise problem.Problem(f"“{obj.name}” is hidden with its collection: show that first.")
+
+
+def _anchor(objects: list[bpy.types.Object], scene: bpy.types.Scene, moment: Moment) -> None:
+    state.forget(objects)
+    scene.frame_set(moment.frame, subframe=moment.subframe)
+    state.anchor(objects)
 
 
 @contextmanager
@@ -131,9 +143,18 @@ def _as_rendered(chosen: list[Target], scene: bpy.types.Scene, view_layer: bpy.t
         if scene.render.use_simplify:
             _set(scene.render, "simplify_subdivision", scene.render.simplify_subdivision_render, undo)
         for target in chosen:
+            _unhide(target.obj, view_layer, undo)
             _set_for_walk(target, undo)
         undo.callback(state.forget, [target.obj for target in chosen])
         yield
+
+
+def _unhide(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer, undo: ExitStack) -> None:
+    """Renders see what the viewport alone hides."""
+    _set(obj, "hide_viewport", False, undo)
+    if obj.hide_get(view_layer=view_layer):
+        obj.hide_set(False, view_layer=view_layer)
+        undo.callback(obj.hide_set, True, view_layer=view_layer)
 
 
 def _set_for_walk(target: Target, undo: ExitStack) -> None:

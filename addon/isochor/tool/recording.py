@@ -25,13 +25,14 @@ def record(
     opening: Opening,
     tally: Tally,
     strict: bool = False,
+    anchor: frames.Moment | None = None,
 ) -> Iterator[frames.Step]:
     """Hands each moment of each object to its sink, and notes problems in the tally. Closing the iterator before its
     end, an exception in it, or a Problem that it raises, as where the number of vertices changes from frame to frame,
     leaves the sinks with an exception, so that they keep nothing. So does a problem in any frame where ``strict``,
     after the last frame."""
     with ExitStack() as stack:
-        steps = stack.enter_context(closing(frames.walk(context, chosen, when)))
+        steps = stack.enter_context(closing(frames.walk(context, chosen, when, anchor)))
         sinks: dict[str, tuple[int, Sink]] = {}
         for done, moment in enumerate(steps, 1):
             for target in chosen:

@@ -27,11 +27,9 @@ def clear() -> None:
 
 
 def forget(objects: list[bpy.types.Object]) -> None:
-    """Has these objects computed anew next time, as if no frame had come before: to the last bit, what is computed may
-    depend on what is kept between frames."""
+    """Has these objects computed anew next time, as if no frame had come before."""
     with _lock:
-        uids = {obj.session_uid for obj in objects}
-        for key in [key for key in _memories if key[0] in uids]:
+        for key in _keys(objects):
             frame_memory.forget(_memories.pop(key).solver)
 
 
@@ -39,6 +37,15 @@ def change_memory(change: Callable[[], None]) -> None:
     """Calls one of ``frame_memory``'s functions while nothing computes."""
     with _lock:
         change()
+
+
+def anchor(objects: list[bpy.types.Object]) -> None:
+    """Has every frame of these objects follow, to the last bit, from itself and the frame that was computed just now,
+    which must have been the first since ``forget``; until the next ``forget``."""
+    with _lock:
+        for key in _keys(objects):
+            memory = _memories[key]
+            memory.anchor, memory.anchored = memory.solver.bound_transform, True
 
 
 def recall(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mode: str = "VIEWPORT") -> Memory | None:
@@ -84,6 +91,11 @@ def updated_users(depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object]:
         if original.type == "MESH" and any(map(stack.is_ours, original.modifiers)):
             found.append(original)
     return found
+
+
+def _keys(objects: list[bpy.types.Object]) -> list[tuple[int, int, str]]:
+    uids = {obj.session_uid for obj in objects}
+    return [key for key in _memories if key[0] in uids]
 
 
 def _print_once(obj: bpy.types.Object, problems: tuple[str, ...]) -> None:

@@ -31,7 +31,15 @@ class Memory:
     edited: bool = False
     edited_stamp: tuple[int, int, float] | None = None
     written: Outcome | None = None
+    anchored: bool = False
+    anchor: NDArray[np.float64] | None = None
     report: Report = field(default_factory=Report)
+
+    @property
+    def transform_before(self) -> NDArray[np.float64] | None:
+        """The lattice's transform that this frame's is taken for where the two hardly differ: that of the frame before,
+        or while frames must not depend on those before them that of one certain frame."""
+        return self.anchor if self.anchored else self.solver.bound_transform
 
 
 @dataclass(frozen=True)
@@ -170,7 +178,7 @@ def _request(
     object_matrix, lattice_matrix = evaluated.matrix(job.obj_evaluated), evaluated.matrix(lattice)
     names = (job.obj.name, lattice.name)
     transform = grid.relative_transform(object_matrix, lattice_matrix, names)
-    transform = grid.steadied(transform, memory.solver.bound_transform, object_matrix, lattice_matrix)
+    transform = grid.steadied(transform, memory.transform_before, object_matrix, lattice_matrix)
     rest_grid = grid.Grid(points.shape, points.low, points.high, settings.basis, transform)
     influence, problems = _influence(job, settings, len(positions))
     triangles, no_triangles = _triangles(job, memory, modifiers, len(positions))
