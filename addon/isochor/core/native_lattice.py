@@ -61,6 +61,9 @@ class NativeAxis:
         return self.interpolation == LINEAR
 
 
+Axes = tuple[NativeAxis, ...]
+
+
 def degree_of(grid: Grid, axis: int) -> int:
     """Polynomial degree along one axis; 0 where there is one point."""
     points = grid.shape[axis]
@@ -69,12 +72,11 @@ def degree_of(grid: Grid, axis: int) -> int:
     return points - 1 if grid.basis == "Bernstein" else degrees(grid.shape)[axis]
 
 
-def native_axes(grid: Grid) -> tuple[NativeAxis, NativeAxis, NativeAxis] | None:
-    """The three axes of Blender's lattice, or None where one has a degree above 3, which Blender does not know."""
+def native_axes(grid: Grid) -> Axes:
+    """The three axes of Blender's lattice; none where one has a degree above 3, which Blender does not know."""
     if any(degree_of(grid, axis) > HIGHEST_DEGREE for axis in range(3)):
-        return None
-    u, v, w = (_native_axis(grid, axis) for axis in range(3))
-    return u, v, w
+        return ()
+    return tuple(_native_axis(grid, axis) for axis in range(3))
 
 
 def _native_axis(grid: Grid, axis: int) -> NativeAxis:
@@ -128,7 +130,7 @@ def inside(grid: Grid, positions: NDArray[np.floating]) -> NDArray[np.bool_]:
     return np.asarray(beyond <= ON_A_FACE, np.bool_)
 
 
-def placement(axes: tuple[NativeAxis, NativeAxis, NativeAxis]) -> Array:
+def placement(axes: Axes) -> Array:
     """4x4: from the unit cube about the origin, where Blender's undeformed lattice stands, to the space of the old
     lattice."""
     matrix = np.eye(4)
@@ -138,7 +140,7 @@ def placement(axes: tuple[NativeAxis, NativeAxis, NativeAxis]) -> Array:
     return matrix
 
 
-def native_points(axes: tuple[NativeAxis, NativeAxis, NativeAxis], control: Array, to_object: Array) -> Array:
+def native_points(axes: Axes, control: Array, to_object: Array) -> Array:
     """(points, 3) in the new lattice's own space, u fastest as Blender stores them. ``control`` (nu, nv, nw, 3) in
     object space; ``to_object`` from the new lattice's space to the object's."""
     matrices = [native.matrix for native in axes]

@@ -37,8 +37,8 @@ class Record:
     the new lattice has to follow the animator's instead of the object. ``inside``: (V,) which vertices move, where
     some are outside the lattice and stay; None where all move."""
 
-    first: Request | None = None
-    inside: NDArray[np.bool_] | None = None
+    first: Request
+    inside: NDArray[np.bool_] | None
     follows: bool = False
     to_object: list[Array] = field(default_factory=list)
     control: list[Array] = field(default_factory=list)
@@ -55,12 +55,12 @@ def bake(
         if text:
             raise problem.Problem(text)
     when = frames.moments(frame_start, frame_end)
-    records = {target.obj.name: Record() for target in chosen}
+    records: dict[str, Record] = {}
     tally = Tally()
     with closing(frames.walk(context, chosen, when)) as steps:
         for done, moment in enumerate(steps, 1):
             for target in chosen:
-                _note(records[target.obj.name], target, moment, context)
+                _note(records, target, moment, context)
                 tally.add(target.obj.name, moment.words, target.problems())
             yield frames.Step(done, len(when), moment)
     for target in chosen:
@@ -77,14 +77,20 @@ def _refusal_of_several(target: frames.Target) -> str | None:
     )
 
 
+def embedding(request: Request) -> Grid:
+    """The undeformed lattice that the vertices are embedded in."""
+    return request.grid
+
+
 def refusal(obj: bpy.types.Object, request: Request, outside: int) -> str | None:
     """Why Blender's Lattice modifier cannot do what ours did to the object in one frame, with so many vertices outside
     the lattice; or None."""
-    axes = native_lattice.native_axes(request.grid)
-    if axes is None:
+    axes = native_lattice.native_axes(embedding(request))
+    if not axes:
+        points = " × ".join(map(str, embedding(request).shape))
         return (
-            f"the lattice of “{obj.name}” has {' × '.join(map(str, request.grid.shape))} points: Blender's own Lattice"
-            f" modifier goes up to 4 on each side with the Bernstein basis. Bake to a point cache instead."
+            f"the lattice of “{obj.name}” has {points} points: Blender's own Lattice modifier goes up to 4 on each"
+            f" side with the Bernstein basis. Bake to a point cache instead."
         )
     if request.settings.outside == "Extend":
         held = all(axis.follows_nearest for axis in axes)
@@ -98,7 +104,7 @@ def refusal(obj: bpy.types.Object, request: Request, outside: int) -> str | None
     return None
 
 
-def _note(record: Record, target: frames.Target, moment: frames.Moment, context: bpy.types.Context) -> None:
+def _note(records: dict[str, Record], target: frames.Target, moment: frames.Moment, context: bpy.types.Context) -> None:
     memory = state.recall(target.obj, target.last)
     request = None if memory is None else memory.solver.request
     if memory is None or request is None or memory.report.control is None:
@@ -106,16 +112,15 @@ def _note(record: Record, target: frames.Target, moment: frames.Moment, context:
     outside = memory.report.vertices_outside or 0
     inside = None
     if outside and request.settings.outside == "Keep":
-        inside = native_lattice.inside(request.grid, request.positions)
+        inside = native_lattice.inside(embedding(request), request.positions)
     text = refusal(target.obj, request, outside)
-    if text is None and record.first is not None:
-        text = _change(record, request, inside, target.obj.name)
+    record = records.setdefault(target.obj.name, Record(request, inside))
+    text = text or _change(record, request, inside, target.obj.name)
     if text:
         raise problem.Problem(f"Frame {moment.words}: {text}")
-    if record.first is None:
-        record.first, record.inside = request, inside
-    record.follows = record.follows or not _same_place(record.first.grid, request.grid, target, context)
-    record.to_object.append(request.grid.to_object)
+    here = embedding(request)
+    record.follows = record.follows or not _same_place(embedding(record.first), here, target, context)
+    record.to_object.append(here.to_object)
     record.control.append(np.array(memory.report.control))
     record.strength.append(request.settings.strength)
 
@@ -124,10 +129,10 @@ def _change(record: Record, request: Request, inside: NDArray[np.bool_] | None, 
     """What is not as in the first frame and has to be, for one new lattice and modifier to hold both; or None."""
 
     def kind(request: Request) -> tuple[object, ...]:
-        rest, settings = request.grid, request.settings
+        rest, settings = embedding(request), request.settings
         return rest.shape, rest.low, rest.high, rest.basis, settings.vertex_group, settings.invert, settings.outside
 
-    if record.first is not None and kind(record.first) != kind(request):
+    if kind(record.first) != kind(request):
         return f"the lattice's resolution or the inputs of “{name}” change: bake to a point cache."
     if not same_array(record.inside, inside):
         return f"other vertices of “{name}” are outside the lattice than before: enlarge it, or bake to a point cache."
@@ -145,9 +150,7 @@ def _same_place(one: Grid, other: Grid, target: frames.Target, context: bpy.type
 def _play(target: frames.Target, when: list[float], record: Record) -> None:
     """Puts the Lattice modifier right behind ours."""
     obj, request = target.obj, record.first
-    axes = None if request is None else native_lattice.native_axes(request.grid)
-    if request is None or axes is None:
-        return
+    axes = native_lattice.native_axes(embedding(request))
     baked.drop(obj)
     lattice = _new_lattice(obj, axes)
     placement = native_lattice.placement(axes)
@@ -169,7 +172,7 @@ def _play(target: frames.Target, when: list[float], record: Record) -> None:
     baked.switch_over(obj, modifier, ("viewport", "render"))
 
 
-def _new_lattice(obj: bpy.types.Object, axes: tuple[native_lattice.NativeAxis, ...]) -> bpy.types.Object:
+def _new_lattice(obj: bpy.types.Object, axes: native_lattice.Axes) -> bpy.types.Object:
     """A hidden lattice object, in the collections of the object that it is to shape."""
     data = bpy.data.lattices.new(f"{obj.name} {NAME}")
     lattice = bpy.data.objects.new(data.name, data)
