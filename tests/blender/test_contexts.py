@@ -168,6 +168,22 @@ def test_add_puts_the_lattice_where_it_shows(how, tmp_path):
     assert [found.name for found in lattice.users_collection] == ["Around"]
 
 
+def test_add_in_a_local_view_shows_the_lattice_in_it():
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    window = bpy.context.window_manager.windows[0]
+    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    scenes.choose(bpy.data.objects["Cube"])
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        bpy.ops.view3d.localview(frame_selected=False)
+        if not bpy.data.objects["Cube"].local_view_get(area.spaces.active):
+            pytest.skip("Blender 4.5 has no local view without a window")
+        bpy.ops.isochor.add()
+        assert bpy.data.objects["Cube Lattice"].local_view_get(area.spaces.active)
+        assert not bpy.data.objects["Light"].local_view_get(area.spaces.active)
+        bpy.ops.view3d.localview(frame_selected=False)
+
+
 def test_remove_takes_it_from_every_selected_mesh_in_one_undo_step():
     first, second = scenes.sphere(name="First"), scenes.sphere(name="Second")
     third, _, _ = squashed_ball("Third")
