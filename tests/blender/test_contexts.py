@@ -297,6 +297,18 @@ def test_an_object_in_two_scenes_shows_each_scene_s_own_frame():
         assert keeps_volume(ball, two.view_layers[0])
 
 
+def test_showing_a_scene_for_the_first_time_shows_what_the_lattice_became():
+    ball, lattice, _ = squashed_ball()
+    before = height(ball)
+    two = bpy.data.scenes.new("Two")
+    two.collection.objects.link(ball)
+    bpy.context.scene.collection.objects.unlink(ball)
+    squash(lattice, 0.7)
+    bpy.context.window_manager.windows[0].scene = two
+    assert height(ball, two.view_layers[0]) < 0.9 * before
+    assert keeps_volume(ball, two.view_layers[0])
+
+
 def test_rendering_another_scene_than_the_window_s():
     ball, lattice, modifier = squashed_ball()
     keyed_squash(lattice)
