@@ -168,6 +168,22 @@ def test_add_puts_the_lattice_where_it_shows(how, tmp_path):
     assert [found.name for found in lattice.users_collection] == ["Around"]
 
 
+def test_add_in_a_local_view_shows_the_lattice_in_it():
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    window = bpy.context.window_manager.windows[0]
+    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    scenes.choose(bpy.data.objects["Cube"])
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        bpy.ops.view3d.localview(frame_selected=False)
+        if not bpy.data.objects["Cube"].local_view_get(area.spaces.active):
+            pytest.skip("Blender 4.5 has no local view without a window")
+        bpy.ops.isochor.add()
+        assert bpy.data.objects["Cube Lattice"].local_view_get(area.spaces.active)
+        assert not bpy.data.objects["Light"].local_view_get(area.spaces.active)
+        bpy.ops.view3d.localview(frame_selected=False)
+
+
 def test_remove_takes_it_from_every_selected_mesh_in_one_undo_step():
     first, second = scenes.sphere(name="First"), scenes.sphere(name="Second")
     third, _, _ = squashed_ball("Third")
@@ -279,6 +295,18 @@ def test_an_object_in_two_scenes_shows_each_scene_s_own_frame():
         assert height(ball, one.view_layers[0]) > 1.2 * height(ball, two.view_layers[0])
         assert keeps_volume(ball, one.view_layers[0])
         assert keeps_volume(ball, two.view_layers[0])
+
+
+def test_showing_a_scene_for_the_first_time_shows_what_the_lattice_became():
+    ball, lattice, _ = squashed_ball()
+    before = height(ball)
+    two = bpy.data.scenes.new("Two")
+    two.collection.objects.link(ball)
+    bpy.context.scene.collection.objects.unlink(ball)
+    squash(lattice, 0.7)
+    bpy.context.window_manager.windows[0].scene = two
+    assert height(ball, two.view_layers[0]) < 0.9 * before
+    assert keeps_volume(ball, two.view_layers[0])
 
 
 def test_rendering_another_scene_than_the_window_s():

@@ -50,9 +50,9 @@ def fits(inside: np.ndarray, margin: float = 0.05) -> bool:
     return np.allclose(inside.max(axis=0), half, atol=2e-5) and np.allclose(inside.min(axis=0), -half, atol=2e-5)
 
 
-def refused() -> str:
+def refused(**properties) -> str:
     with pytest.raises(RuntimeError) as caught:
-        bpy.ops.isochor.fit_lattice()
+        bpy.ops.isochor.fit_lattice(**properties)
     return str(caught.value)
 
 
@@ -219,6 +219,43 @@ def test_several_lattices_are_fitted_together_or_not_at_all():
     assert fits(in_lattice(first, one))
     assert fits(in_lattice(second, other))
     assert not scenes.report(first, first.modifiers[0]).problems
+
+
+@pytest.mark.parametrize("resolution", [(6, 4, 5), (0, 7, 0), (9, 9, 9)])
+def test_more_points_deform_exactly_as_the_fewer_did(resolution):
+    ball, lattice, modifier = added(resolution=(4, 3, 2))
+    shake(lattice)
+    scenes.set_input(modifier, "Preserve", 0.0)
+    bpy.context.view_layer.update()
+    before = scenes.evaluated_positions(ball)
+    assert bpy.ops.isochor.fit_lattice(resolution=resolution) == {"FINISHED"}
+    bpy.context.view_layer.update()
+    wanted = tuple(new or old for new, old in zip(resolution, (4, 3, 2), strict=True))
+    assert (lattice.data.points_u, lattice.data.points_v, lattice.data.points_w) == wanted
+    assert np.abs(before - scenes.positions(ball.data)).max() > 0.02
+    assert np.abs(scenes.evaluated_positions(ball) - before).max() < 5e-6
+    scenes.set_input(modifier, "Preserve", 1.0)
+    bpy.context.view_layer.update()
+    assert abs(scenes.evaluated_volume(ball) / scenes.volume(ball.data) - 1) <= 1e-6
+
+
+def test_a_resolution_that_would_change_the_deformation_is_refused():
+    ball, lattice, modifier = added()
+    place = np.array(lattice.matrix_world)
+    model(ball, lambda found: found * 1.4)
+    assert "“Ball Lattice” has 4 × 4 × 4 points, and fewer would lose" in refused(resolution=(5, 3, 4))
+    scenes.set_input(modifier, "Basis", "B-Spline")
+    assert "deforms with B-Splines" in refused(resolution=(5, 5, 5))
+    scenes.set_input(modifier, "Basis", "Bernstein")
+    scenes.choose(lattice)
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert "is in Edit Mode" in refused(resolution=(5, 5, 5))
+    bpy.ops.object.mode_set(mode="OBJECT")
+    lattice.shape_key_add(name="Basis")
+    assert "has shape keys" in refused(resolution=(5, 5, 5))
+    assert np.array_equal(np.array(lattice.matrix_world), place)
+    assert len(lattice.data.points) == 64
+    assert bpy.ops.isochor.fit_lattice(resolution=(4, 4, 0)) == {"FINISHED"}
 
 
 def test_a_mirrored_lattice_keeps_its_deformation():

@@ -39,6 +39,11 @@ TEXTS = {
     "Fit Lattice Again": "Gitter neu anpassen",
     "Move and size the lattice so that it fits its meshes again, as after modelling. Its points stay where they are in the box, so the deformation stays; the volume that enters now becomes the rest volume": "Verschiebt und skaliert das Gitter so, dass es wieder um seine Netze passt, etwa nach dem Modellieren. Seine Punkte bleiben im Quader, wo sie sind, also bleibt die Verformung; das Volumen, das jetzt eingeht, wird zum Ruhevolumen",
     "Select a mesh with a Volume Lattice, or its lattice, first": "Zuerst ein Netz mit Volumengitter oder dessen Gitter auswählen",
+    "Points of the lattice on each axis, more than it has, with the same deformation; 0 leaves them": "Punkte des Gitters entlang jeder Achse, mehr als es hat, bei gleicher Verformung; 0 belässt sie",
+    "“{name}” is in Edit Mode: leave that to change its resolution.": "„{name}“ ist im Bearbeitungsmodus: ihn verlassen, um die Auflösung zu ändern.",
+    "“{name}” has shape keys, so its resolution cannot change: leave Resolution at 0.": "„{name}“ hat Formschlüssel, also lässt sich die Auflösung nicht ändern: Auflösung auf 0 lassen.",
+    "“{name}” deforms with B-Splines, which would deform otherwise with more points: leave Resolution at 0.": "„{name}“ verformt mit B-Splines, die mit mehr Punkten anders verformen würden: Auflösung auf 0 lassen.",
+    "“{name}” has {shape} points, and fewer would lose some of its deformation: raise Resolution, or leave it at 0.": "„{name}“ hat {shape} Punkte, und mit weniger ginge etwas von der Verformung verloren: Auflösung erhöhen oder auf 0 lassen.",
     # Mirroring
     "Mirror Lattice": "Gitter spiegeln",
     "Give one side of each selected lattice the mirror image of the other side's deformation, on the active shape key where there is one. A middle layer of points is put onto the mirror plane": "Gibt einer Seite jedes ausgewählten Gitters das Spiegelbild der Verformung der anderen, im aktiven Formschlüssel, falls es einen gibt. Eine mittlere Schicht von Punkten kommt auf die Spiegelebene",

@@ -41,6 +41,9 @@ def new_lattice(
     lattice.matrix_world = Matrix(matrix.tolist())
     lattice[MADE_BY_ADD] = True
     _open_collection(context, beside).objects.link(lattice)
+    space = context.space_data
+    if space is not None and space.type == "VIEW_3D" and space.local_view is not None:
+        lattice.local_view_set(space, True)
     return lattice
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import problem
+from ..core.elevation import elevated
 from ..core.fit import axes_of, box_matrix
 from ..tool import control, refit, words
 from .adding import FIT_ITEMS, fitted_axes
@@ -32,6 +33,15 @@ class ISOCHOR_OT_fit_lattice(bpy.types.Operator):
         min=0.0,
         soft_max=1.0,
     )
+    resolution: bpy.props.IntVectorProperty(
+        name="Resolution",
+        description="Points of the lattice on each axis, more than it has, with the same deformation; 0 leaves them",
+        default=(0, 0, 0),
+        min=0,
+        max=64,
+        size=3,
+        options={"SKIP_SAVE"},
+    )
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -49,13 +59,23 @@ class ISOCHOR_OT_fit_lattice(bpy.types.Operator):
             for lattice in lattices:
                 users = users_of(lattice)
                 refit.refuse(lattice, users)
+                refit.refuse_resolution(lattice, users, self._shape(lattice))
                 places.append((lattice, users, self._matrix(lattice, users, context)))
             refit.move([(lattice, matrix) for lattice, _, matrix in places], context)
         except problem.Problem as trouble:
             self.report({"ERROR"}, words.reported(trouble.sentence))
             return {"CANCELLED"}
+        for lattice, _, _ in places:
+            before, after = control.shape(lattice), self._shape(lattice)
+            if before != after:
+                control.resize(lattice, elevated(control.read(lattice), before, after), after)
         refit.measure_again([user for _, users, _ in places for user in users], context)
         return {"FINISHED"}
+
+    def _shape(self, lattice: bpy.types.Object) -> tuple[int, int, int]:
+        """Points that the lattice is to have."""
+        u, v, w = (new or old for new, old in zip(self.resolution, control.shape(lattice), strict=True))
+        return u, v, w
 
     def _matrix(
         self, lattice: bpy.types.Object, users: list[refit.User], context: bpy.types.Context
