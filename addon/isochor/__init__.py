@@ -2,9 +2,9 @@
 """Isochor: a lattice modifier that keeps the volume."""
 
 from .tool import handlers
-from .ui import adding, menus, preferences, removing, sidebar
+from .ui import adding, binding, binding_panel, menus, preferences, removing, sidebar
 
-PARTS = (preferences, handlers, adding, removing, menus, sidebar)
+PARTS = (preferences, handlers, adding, removing, binding, menus, sidebar, binding_panel)
 
 
 def register() -> None:

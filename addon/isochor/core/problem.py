@@ -14,8 +14,8 @@ FLAT = (
     " or set Preserve to 0 to deform it all the same."
 )
 EDITED = (
-    "The mesh was edited since the lattice was added: Rest is its old volume. Set Reference to Incoming, or remove and"
-    " add the modifier."
+    "The mesh was edited since the lattice was added or bound: Rest is its old volume. Bind again with Set Rest, set"
+    " Reference to Incoming, or remove and add the modifier."
 )
 
 
@@ -27,6 +27,25 @@ def not_a_lattice(name: str, kind: str) -> str:
 def flat_lattice(name: str) -> str:
     """The lattice's or the object's matrix cannot be inverted."""
     return f"The lattice “{name}” has a scale of zero on at least one axis: give it a size on every axis."
+
+
+def flat_shape(name: str) -> str:
+    """The lattice's points lie in one plane, or in less."""
+    return f"The lattice “{name}” is pressed flat, so nothing is inside it: give its points some depth first."
+
+
+def bound_otherwise(bound: tuple[int, int, int], name: str, now: tuple[int, int, int]) -> str:
+    """The lattice has another resolution than when the rest was set."""
+    then, today = ("×".join(map(str, shape)) for shape in (bound, now))
+    return (
+        f"Bound with {then} points, and the lattice “{name}” now has {today}: bind again with Set Rest, or unbind with"
+        f" Clear Rest, in the sidebar tab Isochor."
+    )
+
+
+def hidden(name: str) -> str:
+    """Blender does not evaluate the object, as where it or its collection is hidden or excluded."""
+    return f"“{name}” is hidden or excluded here, so its place is not known: show it first."
 
 
 def flat_object(name: str) -> str:

@@ -4,11 +4,14 @@
 import bpy
 
 from .adding import ISOCHOR_OT_add
+from .binding import ISOCHOR_OT_clear_rest, ISOCHOR_OT_set_rest
 from .removing import ISOCHOR_OT_remove
 
 ENTRIES = (
     (ISOCHOR_OT_add.bl_idname, "MOD_LATTICE"),
     (ISOCHOR_OT_remove.bl_idname, "X"),
+    (ISOCHOR_OT_set_rest.bl_idname, "LINKED"),
+    (ISOCHOR_OT_clear_rest.bl_idname, "UNLINKED"),
 )
 """Operator and icon of each line of Object, Volume Lattice."""
 
