@@ -20,7 +20,10 @@ const ROUNDING: f64 = 1e-13;
 
 const NEWTON_STEPS: usize = 40;
 const HALVINGS: usize = 6;
-const NEAREST_STEPS: usize = 60;
+const NEAREST_STEPS: usize = 30;
+/// Parameters that move by less are near enough, where a point is outside.
+const NEAR_ENOUGH: f64 = 1e-9;
+const DIFFERENCE: f64 = 1e-6;
 
 /// The affine map that the search goes by is taken only where its unit columns enclose more than this volume: a worse one would
 /// cost digits.
@@ -155,32 +158,53 @@ impl<'a> Inversion<'a> {
         })
     }
 
-    /// Parameters in the domain where the lattice comes nearest to the point, from a start: the Gauss-Newton method, on the
-    /// faces where it leads beyond them.
+    /// Parameters in the domain where the lattice comes nearest to the point, from a start: Newton's method on the squared
+    /// distance, on the faces where it leads beyond them.
     fn nearest(&self, local: DVec3, start: DVec3) -> DVec3 {
         let mut at = self.clamped(start);
         let mut here = self.evaluate(at, local);
         for _ in 0..NEAREST_STEPS {
-            let downhill = -(here.jacobian.transpose() * (self.metric * here.residual));
+            let downhill = self.downhill(&here);
             let free: [bool; 3] = std::array::from_fn(|axis| {
                 let stuck =
                     (at[axis] <= 0.0 && downhill[axis] < 0.0) || (at[axis] >= 1.0 && downhill[axis] > 0.0);
                 !(self.solid[axis] && stuck)
             });
-            let step = reduced_step(here.jacobian.transpose() * self.metric * here.jacobian, downhill, free);
-            let better = (0..=HALVINGS).find_map(|halved| {
-                let next = self.clamped(at + step * 0.5f64.powi(halved as i32));
-                let there = self.evaluate(next, local);
-                (self.distance(&there) < self.distance(&here)).then_some((next, there))
+            let gentle = here.jacobian.transpose() * self.metric * here.jacobian;
+            let step = reduced_step(self.curvature(at, downhill, local), downhill, free)
+                .or_else(|| reduced_step(gentle, downhill, free));
+            let better = step.and_then(|step| {
+                (0..=HALVINGS).find_map(|halved| {
+                    let next = self.clamped(at + step * 0.5f64.powi(halved as i32));
+                    let there = self.evaluate(next, local);
+                    (self.distance(&there) < self.distance(&here)).then_some((next, there))
+                })
             });
             let Some((next, there)) = better else { break };
             let moved = (next - at).abs().max_element();
             (at, here) = (next, there);
-            if moved < 1e-12 {
+            if moved < NEAR_ENOUGH {
                 break;
             }
         }
         at
+    }
+
+    /// Minus half the derivative of the squared distance.
+    fn downhill(&self, here: &Local) -> DVec3 {
+        -(here.jacobian.transpose() * (self.metric * here.residual))
+    }
+
+    /// Half the second derivative of the squared distance, by differences into the domain.
+    fn curvature(&self, at: DVec3, downhill: DVec3, local: DVec3) -> DMat3 {
+        let column = |axis: usize| {
+            let step = if at[axis] > 0.5 { -DIFFERENCE } else { DIFFERENCE };
+            let mut beside = at;
+            beside[axis] += step;
+            (downhill - self.downhill(&self.evaluate(beside, local))) / step
+        };
+        let matrix = DMat3::from_cols(column(0), column(1), column(2));
+        (matrix + matrix.transpose()) * 0.5
     }
 
     fn clamped(&self, parameter: DVec3) -> DVec3 {
@@ -273,8 +297,8 @@ fn inverse(frame: DMat3) -> DMat3 {
     DMat3::from_diagonal(lengths.recip()) * unit_columns(frame).inverse()
 }
 
-/// The step that solves `matrix step = right` on the free axes; downhill where that cannot be solved.
-fn reduced_step(mut matrix: DMat3, mut right: DVec3, free: [bool; 3]) -> DVec3 {
+/// The step that solves `matrix step = right` on the free axes; `None` where it does not lead the way of `right`.
+fn reduced_step(mut matrix: DMat3, mut right: DVec3, free: [bool; 3]) -> Option<DVec3> {
     for axis in (0..3).filter(|&axis| !free[axis]) {
         for other in 0..3 {
             matrix.col_mut(axis)[other] = 0.0;
@@ -284,6 +308,5 @@ fn reduced_step(mut matrix: DMat3, mut right: DVec3, free: [bool; 3]) -> DVec3 {
         right[axis] = 0.0;
     }
     let step = matrix.inverse() * right;
-    let scale = matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z;
-    if step.is_finite() && step.dot(right) > 0.0 { step } else { right / scale.max(f64::MIN_POSITIVE) }
+    (step.is_finite() && step.dot(right) > 0.0).then_some(step)
 }

@@ -13,7 +13,7 @@ const LEAST_PIECES: usize = 4;
 /// Pieces along an axis that share one box, so that most are never looked at.
 const GROUPED: usize = 4;
 /// Places from which the nearest is looked for, at most.
-pub(crate) const NEAREST: usize = 4;
+pub(crate) const NEAREST: usize = 2;
 /// Room on each side of a piece's box, as a fraction of its size: between its corners the lattice is curved.
 const ROOM: f64 = 0.5;
 
