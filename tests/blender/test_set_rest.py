@@ -489,6 +489,64 @@ def test_hidden_and_linked_objects_are_refused_in_plain_words(tmp_path):
             operator()
 
 
+def test_a_lattice_is_bound_in_its_edit_mode_as_it_looks_there():
+    ball = scenes.sphere()
+    lattice = scenes.lattice_object(4, size=4.5)
+    scenes.volume_lattice(ball, lattice, Preserve=0.0)
+    scenes.choose(lattice)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.lattice.select_all(action="SELECT")
+    bpy.ops.transform.resize(value=(1.2, 0.8, 0.6))
+    bpy.context.view_layer.update()
+    own = scenes.positions(ball.data)
+    assert np.abs(scenes.evaluated_positions(ball) - own).max() > 0.1
+    assert bpy.ops.isochor.set_rest() == {"FINISHED"}
+    assert np.abs(scenes.evaluated_positions(ball) - own).max() < 1e-5
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.context.view_layer.update()
+    assert np.abs(scenes.evaluated_positions(ball) - own).max() < 1e-5
+    lattice.location.z += 1.0
+    bpy.context.view_layer.update()
+    assert np.allclose(scenes.evaluated_positions(ball) - own, (0.0, 0.0, 1.0), atol=1e-5)
+
+
+def test_a_hidden_lattice_is_bound_all_the_same():
+    ball = scenes.sphere()
+    lattice = scenes.lattice_object(4, size=4.5)
+    scenes.volume_lattice(ball, lattice, Preserve=0.0)
+    lattice.hide_viewport = True
+    lattice.hide_set(True)
+    bpy.context.view_layer.update()
+    scenes.choose(ball)
+    assert bpy.ops.isochor.set_rest() == {"FINISHED"}
+    lattice.location.z += 1.0
+    bpy.context.view_layer.update()
+    moved_by = scenes.evaluated_positions(ball) - scenes.positions(ball.data)
+    assert np.allclose(moved_by, (0.0, 0.0, 1.0), atol=1e-5)
+
+
+def test_a_library_override_is_bound_as_the_library_has_it_and_anew(tmp_path):
+    bound_ball(Preserve=0.0)
+    place = str(tmp_path / "library.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=place)
+    scenes.empty_file()
+    with bpy.data.libraries.load(place, link=True) as (_there, here):
+        here.objects = ["Ball", "Lattice"]
+    for linked in here.objects:
+        bpy.context.scene.collection.objects.link(linked.override_create(remap_local_usages=True))
+    ball, lattice = (next(obj for obj in bpy.context.scene.objects if obj.type == kind) for kind in ("MESH", "LATTICE"))
+    scenes.set_input(ball.modifiers[0], "Lattice", lattice)
+    bpy.context.view_layer.update()
+    own = scenes.positions(ball.data)
+    for wanted in (1.0, 1.0):
+        lattice.location.x += 1.0
+        bpy.context.view_layer.update()
+        assert np.allclose(scenes.evaluated_positions(ball) - own, (wanted, 0.0, 0.0), atol=1e-5)
+        scenes.choose(ball)
+        assert bpy.ops.isochor.set_rest() == {"FINISHED"}
+        assert np.abs(scenes.evaluated_positions(ball) - own).max() < 1e-5
+
+
 def test_the_panel_says_what_is_bound():
     ball, _lattice = bound_ball()
     panel = scenes.part("ui.binding_panel")

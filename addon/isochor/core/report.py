@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 import isochor
 
+from .bound import Embedding
 from .grid import Grid
 
 
@@ -25,11 +26,13 @@ class Volumes(NamedTuple):
 
 @dataclass
 class Report:
-    """Lengths in units of the object's own space, time in milliseconds."""
+    """Lengths in units of the object's own space, time in milliseconds. ``grid`` is the lattice as it stands, and also
+    what vertices are embedded in unless ``bound``, the lattice when its rest was set, is there."""
 
     problems: tuple[str, ...] = ()
     binding: isochor.Binding | None = field(default=None, repr=False)
     grid: Grid | None = field(default=None, repr=False)
+    bound: Embedding | None = field(default=None, repr=False)
     asked: NDArray[np.float64] | None = field(default=None, repr=False)
     result: isochor.Preserved | None = field(default=None, repr=False)
     milliseconds: float = 0.0
@@ -66,7 +69,7 @@ class Report:
 
     @cached_property
     def vertices_outside(self) -> int | None:
-        """How many vertices stand outside the lattice's domain."""
+        """How many vertices stand outside the lattice's domain, or of a bound one outside its shape."""
         return self.binding.outside_count if self.binding is not None else None
 
     @cached_property

@@ -135,7 +135,9 @@ class Solver:
             self._forget()
             return Outcome(None, Report(problems=(problem.sentence(error),)))
         problems = (self._no_device,) if self._no_device else ()
-        report = Report(binding=binding, grid=request.grid, asked=request.control, problems=problems)
+        report = Report(
+            binding=binding, grid=request.grid, bound=request.bound, asked=request.control, problems=problems
+        )
         if request.settings.preserve <= 0.0:
             return Outcome(binding.deform(request.control), report)
         try:
