@@ -98,7 +98,7 @@ impl<T: Scalar> Binding<T> {
         if let Some(rest) = &rest {
             check_rest::<T>(&lattice, rest)?;
         }
-        let preimages = rest.as_deref().map(|rest| invert(&lattice, &vertices, rest));
+        let preimages = rest.as_deref().map(|rest| invert(&lattice, &vertices, rest, outside));
         let (embedding, engine) =
             embed(&lattice, &vertices, preimages.as_deref(), influence.as_deref(), outside);
         Ok(Self {
@@ -155,7 +155,8 @@ impl<T: Scalar> Binding<T> {
         self.influence = influence.or_else(|| self.influence.take());
         self.rest = rest.or_else(|| self.rest.take());
         if moved {
-            self.preimages = self.rest.as_deref().map(|rest| invert(&self.lattice, &self.vertices, rest));
+            self.preimages =
+                self.rest.as_deref().map(|rest| invert(&self.lattice, &self.vertices, rest, self.outside));
         }
         (self.embedding, self.engine) = embed(
             &self.lattice,
@@ -365,9 +366,15 @@ fn check_rest<T: Scalar>(lattice: &Lattice, rest: &[DVec3]) -> Result<()> {
 }
 
 /// Where a lattice shaped by `rest` takes the vertices.
-fn invert<T: Scalar>(lattice: &Lattice, vertices: &[[T; 3]], rest: &[DVec3]) -> Vec<Preimage> {
+fn invert<T: Scalar>(
+    lattice: &Lattice,
+    vertices: &[[T; 3]],
+    rest: &[DVec3],
+    outside: Outside,
+) -> Vec<Preimage> {
     let inversion = Inversion::new(lattice, rest);
-    let find = |p: &[T; 3]| inversion.find(DVec3::from_array(p.map(T::to_f64)), T::FACE_TOLERANCE);
+    let nearest = outside == Outside::Extend;
+    let find = |p: &[T; 3]| inversion.find(DVec3::from_array(p.map(T::to_f64)), T::FACE_TOLERANCE, nearest);
     vertices.par_iter().map(find).collect()
 }
 

@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 use glam::{DMat3, DVec3};
 
 use crate::basis::{MAX_POINTS, Span};
-use crate::lattice::{Lattice, unit_columns};
+use crate::lattice::{Lattice, bounds, unit_columns};
 use crate::pieces::{NEAREST, Pieces, indices};
 
 /// Sizes are of the order of 1 in the coordinates of the search. A residual below `EXACT` is left as it is; one that gets no
@@ -54,6 +54,8 @@ pub(crate) struct Inversion<'a> {
     bend: Vec<DVec3>,
     /// Axes with more than one control point: those that have faces.
     solid: [bool; 3],
+    /// Box of the control points in local coordinates: all that is inside is inside this.
+    hull: [DVec3; 2],
     /// Largest size in local coordinates.
     size: f64,
     pieces: OnceLock<Pieces>,
@@ -78,14 +80,32 @@ impl<'a> Inversion<'a> {
         let size = 1.0 + bend.iter().map(|d| d.abs().max_element()).fold(0.0, f64::max);
         let spans =
             lattice.axes().each_ref().map(|axis| (0..axis.cells()).map(|cell| axis.span(cell)).collect());
+        let placed: Vec<DVec3> = grid.iter().zip(&bend).map(|(s, d)| s + d).collect();
+        let hull = bounds(&placed).into();
         let metric = frame.transpose() * frame;
         let least = to_local.to_cols_array().iter().map(|c| c * c).sum::<f64>().recip();
-        Self { lattice, spans, origin, to_local, metric, least, bend, solid, size, pieces: OnceLock::new() }
+        Self {
+            lattice,
+            spans,
+            origin,
+            to_local,
+            metric,
+            least,
+            bend,
+            solid,
+            hull,
+            size,
+            pieces: OnceLock::new(),
+        }
     }
 
-    /// Where the lattice takes `point`; parameters within `tolerance` of the domain count as in it.
-    pub(crate) fn find(&self, point: DVec3, tolerance: f64) -> Preimage {
+    /// Where the lattice takes `point`; parameters within `tolerance` of the domain count as in it. `nearest`: whether a point
+    /// outside needs the nearest parameters, or only parameters on the faces that it lies beyond, which cost far less.
+    pub(crate) fn find(&self, point: DVec3, tolerance: f64, nearest: bool) -> Preimage {
         let local = self.to_local * (point - self.origin);
+        if let Some(parameter) = self.beyond_hull(local, tolerance) {
+            return if nearest { self.nearest_of(&[], local) } else { Preimage { parameter, inside: false } };
+        }
         let first = self.newton(local, local);
         if let Some(parameter) = first.filter(|s| self.is_inside(*s, tolerance)) {
             return Preimage { parameter, inside: true };
@@ -98,7 +118,25 @@ impl<'a> Inversion<'a> {
                 return Preimage { parameter, inside: true };
             }
         }
-        self.nearest_of(&starts, local)
+        match first {
+            Some(beyond) if !nearest => Preimage { parameter: self.clamped(beyond), inside: false },
+            _ => self.nearest_of(&starts, local),
+        }
+    }
+
+    /// For a point beyond the box of the control points, parameters on the faces on those sides.
+    fn beyond_hull(&self, local: DVec3, tolerance: f64) -> Option<DVec3> {
+        let [low, high] = self.hull;
+        let mut parameter = self.clamped(local);
+        let mut is_beyond = false;
+        for axis in (0..3).filter(|&axis| self.solid[axis]) {
+            let room = tolerance + ROUNDING * self.size;
+            let (below, above) = (local[axis] < low[axis] - room, local[axis] > high[axis] + room);
+            if below || above {
+                (parameter[axis], is_beyond) = (f64::from(u8::from(above)), true);
+            }
+        }
+        is_beyond.then_some(parameter)
     }
 
     /// The nearest place from a few starts, or from the nearest pieces where there are none.

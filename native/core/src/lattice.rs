@@ -202,7 +202,7 @@ impl Lattice {
             )));
         }
         let inversion = Inversion::new(self, control);
-        Ok(points.par_iter().map(|&p| inversion.find(p, FACE_TOLERANCE)).collect())
+        Ok(points.par_iter().map(|&p| inversion.find(p, FACE_TOLERANCE, true)).collect())
     }
 
     /// `control - rest`, after checking `control`.

@@ -201,6 +201,26 @@ fn vertices_nowhere_in_the_shape_stay_or_follow() {
     }
 }
 
+/// With vertices kept beyond some faces of the shape, the correction holds the control points on those faces still.
+#[test]
+fn the_correction_does_not_tear_at_faces_with_vertices_beyond() {
+    let axes = || std::array::from_fn(|_| AxisBasis::bernstein(5).unwrap());
+    let low = DVec3::new(-2.0, -2.0, -0.4);
+    let lattice = Lattice::new(axes(), low, DMat3::from_diagonal(DVec3::new(4.0, 4.0, 2.4))).unwrap();
+    let rest: Vec<DVec3> = lattice.rest().iter().map(|&p| bent(p, 0.3)).collect();
+    let binding = bound(&lattice, rest.clone(), Outside::Keep);
+    assert!(binding.outside_count() > 20);
+    let squash = |(i, p): (usize, &DVec3)| if i % 5 == 0 { *p } else { DVec3::new(p.x, 0.7 * p.y, p.z) };
+    let control: Vec<DVec3> = rest.iter().enumerate().map(squash).collect();
+    let mut out = vec![[0.0; 3]; binding.vertices().len()];
+    let result = binding.preserve(&control, &Preserve::default(), &mut out).unwrap();
+    for (i, (found, asked)) in result.control.iter().zip(&control).enumerate() {
+        assert_eq!(found == asked, i % 5 == 0, "{i}");
+    }
+    let wanted = volume(binding.vertices(), binding.triangles());
+    assert!((volume(&out, binding.triangles()) / wanted - 1.0).abs() < 1e-12);
+}
+
 #[test]
 fn the_volume_is_kept_from_a_bound_shape_on() {
     for (name, axes) in bases() {
