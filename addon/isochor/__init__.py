@@ -10,6 +10,8 @@ from .ui import (
     bake_panel,
     baking,
     bend_empty,
+    binding,
+    binding_panel,
     fitting,
     measuring,
     menus,
@@ -25,8 +27,8 @@ from .ui import (
 )
 
 DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
-OPERATORS = (adding, fitting, mirroring, *DRIVING, measuring, baking, applying, removing)
-PANELS = (sidebar, animate_panel, bake_panel, overlay, volume_curve)
+OPERATORS = (adding, fitting, binding, mirroring, *DRIVING, measuring, baking, applying, removing)
+PANELS = (sidebar, binding_panel, animate_panel, bake_panel, overlay, volume_curve)
 PARTS = (languages, preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
 
 

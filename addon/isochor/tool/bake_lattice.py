@@ -10,7 +10,7 @@ import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from ..core import grid, native_lattice, problem
+from ..core import grid, native_lattice, problem, volume
 from ..core.grid import Grid
 from ..core.solver import Request, same_array
 from ..core.tally import Tally
@@ -79,12 +79,26 @@ def _refusal_of_several(target: frames.Target) -> str | None:
 
 def embedding(request: Request) -> Grid:
     """The undeformed lattice that the vertices are embedded in."""
-    return request.grid
+    return request.embedding_grid
+
+
+def is_bound_shaped(request: Request) -> bool:
+    """Whether the vertices are embedded in a lattice that was shaped when its rest was set, by more than the rounding
+    of Blender's coordinates."""
+    if request.rest_control is None:
+        return False
+    undeformed = grid.build_lattice(request.embedding_grid).rest
+    return float(np.abs(request.rest_control - undeformed).max()) > 4.0 * volume.SINGLE * float(np.abs(undeformed).max())
 
 
 def refusal(obj: bpy.types.Object, request: Request, outside: int) -> str | None:
     """Why Blender's Lattice modifier cannot do what ours did to the object in one frame, with so many vertices outside
     the lattice; or None."""
+    if is_bound_shaped(request):
+        return (
+            f"the lattice of “{obj.name}” was already shaped when its rest was set: Blender's own Lattice modifier"
+            f" cannot hold that. Bake to a point cache instead."
+        )
     axes = native_lattice.native_axes(embedding(request))
     if not axes:
         points = " × ".join(map(str, embedding(request).shape))

@@ -13,6 +13,7 @@ from ..core.report import Report
 from ..core.settings import Settings
 from ..core.solver import Outcome, Request, Solver, Vertices
 from . import device, evaluated, frame_memory, node_group, results, sockets, stack
+from .bound import BoundCache
 
 Key = tuple[int, int, str]
 """Session identifier of the object, identifier of the modifier in it, depsgraph mode."""
@@ -26,6 +27,7 @@ class Memory:
     faces: evaluated.Faces = field(default_factory=evaluated.Faces)
     own_positions: Vertices | None = None
     own_stamp: tuple[int, int] | None = None
+    bound: BoundCache = field(default_factory=BoundCache)
     lattice_boxes: dict[int, evaluated.Box] = field(default_factory=dict)
     metric: NDArray[np.float64] | None = None
     edited: bool = False
@@ -113,6 +115,7 @@ def _update_modifier(
             raise problem.Problem(problem.linked(job.obj.name))
         entered = _entered(job, memory, modifiers, fresh)
         settings = sockets.read_settings(job.evaluated_modifier)
+        memory.bound.look_at(result)
         request, problems = _request(job, memory, modifiers, entered, settings)
         problems += _edited(job, memory, result, settings)
         outcome = memory.solver.solve(_with_rest_volume(job, memory, request, result))
@@ -175,10 +178,13 @@ def _request(
     lattice = _lattice(job)
     points = evaluated.lattice_points(lattice, memory.lattice_boxes.get(lattice.session_uid, evaluated.UNIT_BOX))
     memory.lattice_boxes[lattice.session_uid] = points.box
+    memory.bound.refuse_other(lattice.name, points.shape)
+    bound = memory.bound.embedding(settings.basis)
     object_matrix, lattice_matrix = evaluated.matrix(job.obj_evaluated), evaluated.matrix(lattice)
     names = (job.obj.name, lattice.name)
+    steady = memory.transform_before if bound is None else bound.grid.to_object
     transform = grid.relative_transform(object_matrix, lattice_matrix, names)
-    transform = grid.steadied(transform, memory.transform_before, object_matrix, lattice_matrix)
+    transform = grid.steadied(transform, steady, object_matrix, lattice_matrix)
     rest_grid = grid.Grid(points.shape, points.low, points.high, settings.basis, transform)
     influence, problems = _influence(job, settings, len(positions))
     triangles, no_triangles = _triangles(job, memory, modifiers, len(positions))
@@ -194,6 +200,7 @@ def _request(
         settings=settings,
         device=device.chosen(),
         double=device.is_double(),
+        bound=bound,
     )
     return request, [*problems, *_between(modifiers, job.modifier)]
 

@@ -7,6 +7,7 @@ from .adding import ISOCHOR_OT_add
 from .applying import ISOCHOR_OT_apply
 from .baking import ISOCHOR_OT_bake, ISOCHOR_OT_free_bake
 from .bend_empty import ISOCHOR_OT_bend_from_empty
+from .binding import ISOCHOR_OT_clear_rest, ISOCHOR_OT_set_rest
 from .fitting import ISOCHOR_OT_fit_lattice
 from .measuring import ISOCHOR_OT_measure_volume
 from .mirroring import ISOCHOR_OT_mirror_lattice
@@ -28,6 +29,8 @@ ENTRIES = (
     (ISOCHOR_OT_fit_lattice.bl_idname, "FULLSCREEN_EXIT"),
     (ISOCHOR_OT_mirror_lattice.bl_idname, "MOD_MIRROR"),
     (ISOCHOR_OT_remove.bl_idname, "X"),
+    (ISOCHOR_OT_set_rest.bl_idname, "LINKED"),
+    (ISOCHOR_OT_clear_rest.bl_idname, "UNLINKED"),
 )
 """Operator and icon of each line of Object, Volume Lattice."""
 
