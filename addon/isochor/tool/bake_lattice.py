@@ -88,7 +88,8 @@ def is_bound_shaped(request: Request) -> bool:
     if request.rest_control is None:
         return False
     undeformed = grid.build_lattice(request.embedding_grid).rest
-    return float(np.abs(request.rest_control - undeformed).max()) > 4.0 * volume.SINGLE * float(np.abs(undeformed).max())
+    rounding = 4.0 * volume.SINGLE * float(np.abs(undeformed).max())
+    return float(np.abs(request.rest_control - undeformed).max()) > rounding
 
 
 def refusal(obj: bpy.types.Object, request: Request, outside: int) -> str | None:
