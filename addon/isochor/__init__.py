@@ -1,23 +1,35 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Isochor: a lattice modifier that keeps the volume."""
 
+from . import languages
 from .tool import command_line, handlers
-from .ui import adding, bake_panel, baking, measuring, menus, overlay, preferences, removing, sidebar, volume_curve
-
-PARTS = (
-    preferences,
-    handlers,
+from .ui import (
     adding,
-    removing,
-    measuring,
-    baking,
-    menus,
-    sidebar,
-    overlay,
-    volume_curve,
+    animate_panel,
+    applying,
     bake_panel,
-    command_line,
+    baking,
+    bend_empty,
+    binding,
+    binding_panel,
+    fitting,
+    measuring,
+    menus,
+    mirroring,
+    overlay,
+    preferences,
+    removing,
+    sidebar,
+    squash_ground,
+    squash_speed,
+    twist_bone,
+    volume_curve,
 )
+
+DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
+OPERATORS = (adding, fitting, binding, mirroring, *DRIVING, measuring, baking, applying, removing)
+PANELS = (sidebar, binding_panel, animate_panel, bake_panel, overlay, volume_curve)
+PARTS = (languages, preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
 
 
 def register() -> None:

@@ -73,17 +73,17 @@ def draw_volume_curve(
     size: tuple[int, int] = (800, 400),
     look: Look = LIGHT,
     title: str = "",
+    scale: int = 0,
 ) -> Picture:
     """(height, width, 4) uint8, opaque, top row first. ``frames`` (N,) rising; ``plain`` and ``corrected`` (N,)
     percent of the target, as ``percent_of`` gives, NaN for a gap. ``size``: width and height, at least 160 x 120.
-    Raises ValueError for other lengths, no frames, or a smaller size."""
-    x, before, after = (np.asarray(values, np.float64) for values in (frames, plain, corrected))
-    if x.ndim != 1 or len(x) == 0 or not x.shape == before.shape == after.shape:
-        raise ValueError("frames, plain and corrected must be rows of one length, of at least one frame")
+    ``scale`` enlarges letters and lines; 0 chooses by the size. Raises ValueError for other lengths, no frames, or a
+    smaller size."""
+    x, before, after = _columns(frames, plain, corrected)
     width, height = size
     if width < 160 or height < 120:
         raise ValueError(f"a curve needs a picture of at least 160 x 120 pixels, not {width} x {height}")
-    scale = max(1, round(min(width / 440, height / 220)))
+    scale = scale or max(1, round(min(width / 440, height / 220)))
     canvas = Canvas(width, height, look.paper)
     place = _place(canvas, x, np.concatenate([before, after]), scale)
     _draw_scales(canvas, place, look, scale)
@@ -92,6 +92,13 @@ def draw_volume_curve(
     canvas.line(place.x(x), place.y(before), thickness, look.plain)
     canvas.line(place.x(x), place.y(after), thickness * 1.25, look.corrected)
     return canvas.picture()
+
+
+def _columns(frames: ArrayLike, plain: ArrayLike, corrected: ArrayLike) -> tuple[Values, Values, Values]:
+    x, before, after = (np.asarray(values, np.float64) for values in (frames, plain, corrected))
+    if x.ndim != 1 or len(x) == 0 or not x.shape == before.shape == after.shape:
+        raise ValueError("frames, plain and corrected must be rows of one length, of at least one frame")
+    return x, before, after
 
 
 def png_bytes(rgba: Picture) -> bytes:

@@ -2,6 +2,7 @@
 """Lines that show a deformed space: the lattice's own, and those on which two of its three parameters are constant."""
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -64,8 +65,10 @@ def drawing(lattice: isochor.Lattice, asked: Array, control: Array, wanted: Want
     )
 
 
+@lru_cache(maxsize=16)
 def neighbours(shape: tuple[int, ...]) -> Indices:
-    """(E, 2) pairs of grid points next to each other along an axis, numbered in the order of [i, j, k]."""
+    """(E, 2) pairs of grid points next to each other along an axis, numbered in the order of [i, j, k]; not to be
+    written into."""
     numbers = np.arange(np.prod(shape), dtype=np.int32).reshape(shape)
     pairs = []
     for axis, count in enumerate(shape):
@@ -74,8 +77,10 @@ def neighbours(shape: tuple[int, ...]) -> Indices:
     return np.concatenate(pairs)
 
 
+@lru_cache(maxsize=4)
 def isoparameters(wanted: Wanted) -> Array:
-    """(lines, samples + 1, 3) parameters along every line on which two of s, t, u are constant, evenly spaced."""
+    """(lines, samples + 1, 3) parameters along every line on which two of s, t, u are constant, evenly
+    spaced; not to be written into."""
     steps = wanted.divisions * -(-wanted.samples // wanted.divisions)
     along, levels = np.linspace(0.0, 1.0, steps + 1), np.linspace(0.0, 1.0, wanted.divisions + 1)
     one, other = (level.reshape(-1) for level in np.meshgrid(levels, levels, indexing="ij"))

@@ -1,9 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Problems that are the animator's to solve, in plain words."""
 
+from .words import Sentence
+
 
 class Problem(Exception):
     """Says what is wrong with the scene and what to do about it; never a fault of the program."""
+
+    @property
+    def sentence(self) -> str:
+        """The same as text, which can be translated where it is a ``Sentence``."""
+        return str(self.args[0])
 
 
 NO_LATTICE = "No lattice: pick a Lattice object in the modifier's Lattice input."
@@ -14,66 +21,249 @@ FLAT = (
     " or set Preserve to 0 to deform it all the same."
 )
 EDITED = (
-    "The mesh was edited since the lattice was added: Rest is its old volume. Set Reference to Incoming, or remove and"
-    " add the modifier."
+    "The mesh was edited since the lattice was added or bound: Rest is its old volume. Fit the lattice again, bind"
+    " again with Set Rest, or set Reference to Incoming."
 )
+INSIDE_OUT = "The mesh is inside out: its volume counts as negative, and is kept all the same."
+NO_POINTS = "There are no vertices to fit a lattice to: select a mesh that has some"
+NO_PLACE = "Some vertices have no place (NaN or infinity): correct or delete them first"
 
 
 def not_a_lattice(name: str, kind: str) -> str:
     """The Lattice input holds an object of another kind (``kind`` as Blender names it, such as MESH)."""
-    return f"“{name}” is a {kind.lower()}, not a lattice: pick a Lattice object in the modifier's Lattice input."
+    return Sentence(
+        "“{name}” is a {kind}, not a lattice: pick a Lattice object in the modifier's Lattice input.",
+        name=name,
+        kind=kind.lower(),
+    )
 
 
 def flat_lattice(name: str) -> str:
     """The lattice's or the object's matrix cannot be inverted."""
-    return f"The lattice “{name}” has a scale of zero on at least one axis: give it a size on every axis."
+    return Sentence(
+        "The lattice “{name}” has a scale of zero on at least one axis: give it a size on every axis.",
+        name=name,
+    )
+
+
+def flat_shape(name: str) -> str:
+    """The lattice's points lie in one plane, or in less."""
+    return Sentence(
+        "The lattice “{name}” is pressed flat, so nothing is inside it: give its points some depth first.", name=name
+    )
+
+
+def bound_otherwise(bound: tuple[int, int, int], name: str, now: tuple[int, int, int]) -> str:
+    """The lattice has another resolution than when the rest was set."""
+    then, today = ("×".join(map(str, shape)) for shape in (bound, now))
+    return Sentence(
+        "Bound with {then} points, and the lattice “{name}” now has {today}: bind again with Set Rest, or unbind with"
+        " Clear Rest, in the sidebar tab Isochor.",
+        then=then,
+        name=name,
+        today=today,
+    )
+
+
+def hidden(name: str) -> str:
+    """Blender does not evaluate the object, as where it or its collection is hidden or excluded."""
+    return Sentence("“{name}” is hidden or excluded here, so its place is not known: show it first.", name=name)
 
 
 def flat_object(name: str) -> str:
     """The object's own matrix cannot be inverted, so the lattice cannot be expressed in its space."""
-    return f"“{name}” has a scale of zero on at least one axis: give it a size on every axis."
+    return Sentence("“{name}” has a scale of zero on at least one axis: give it a size on every axis.", name=name)
 
 
 def capped_lattice(name: str, shape: tuple[int, int, int], count: int) -> str:
     """Blender keeps fewer points than the resolution says."""
-    return f"The lattice “{name}” says {shape} points but has {count}: lower its resolution to at most 64 a side."
+    return Sentence(
+        "The lattice “{name}” says {shape} points but has {count}: lower its resolution to at most 64 a side.",
+        name=name,
+        shape=shape,
+        count=count,
+    )
 
 
 def lost_by(names: list[str]) -> str:
     """The modifiers that follow do not keep the vertices that entered ours."""
-    what = f"What comes after Volume Lattice ({', '.join(names)})" if names else "Something after Volume Lattice"
-    return f"{what} replaces the vertices that enter it: move Volume Lattice below that in the modifier stack."
+    if not names:
+        return (
+            "Something after Volume Lattice replaces the vertices that enter it: move Volume Lattice below that in the"
+            " modifier stack."
+        )
+    return Sentence(
+        "What comes after Volume Lattice ({names}) replaces the vertices that enter it: move Volume Lattice below that"
+        " in the modifier stack.",
+        names=", ".join(names),
+    )
 
 
 def faces_hidden_by(names: list[str]) -> str:
     """Modifiers both before and after ours change the faces, so those that entered cannot be read."""
-    return (
-        f"The volume cannot be measured, because modifiers before and after Volume Lattice both change the faces"
-        f" ({', '.join(names)}): move Volume Lattice below them in the modifier stack."
+    return Sentence(
+        "The volume cannot be measured, because modifiers before and after Volume Lattice both change the"
+        " faces ({names}): move Volume Lattice below them in the modifier stack.",
+        names=", ".join(names),
     )
 
 
 def between(names: list[str]) -> str:
     """Another modifier stands between two of ours; the second then lags."""
-    return f"{', '.join(names)} stands between two Volume Lattice modifiers: move it above or below both of them."
+    return Sentence(
+        "{names} stands between two Volume Lattice modifiers: move it above or below both of them.",
+        names=", ".join(names),
+    )
 
 
 def no_vertex_group(name: str) -> str:
     """The Vertex Group input names a group that the object lacks."""
-    return f"There is no vertex group “{name}”: correct the name in the modifier's Vertex Group input, or clear it."
+    return Sentence(
+        "There is no vertex group “{name}”: correct the name in the modifier's Vertex Group input, or clear it.",
+        name=name,
+    )
+
+
+def not_finite(names: list[str]) -> str:
+    """Inputs of the panel Animate that hold infinity or no number at all."""
+    return f"{', '.join(names)}: no finite number. Correct the driver or the keys, or type a value."
 
 
 def linked(name: str) -> str:
     """The object's result meshes belong to another file, where they cannot be written."""
-    return (
-        f"“{name}” is linked from another file and keeps the shape that it was saved with: make a library override of"
-        f" it, or make it local."
+    return Sentence(
+        "“{name}” is linked from another file and keeps the shape that it was saved with: make a library"
+        " override of it, or make it local.",
+        name=name,
     )
 
 
 def no_device(name: str) -> str:
     """The preferences name an adapter that this machine does not have."""
-    return f"There is no adapter “{name}” here, so the CPU computes: choose another in the extension's preferences."
+    return Sentence(
+        "There is no adapter “{name}” here, so the CPU computes: choose another in the extension's preferences.",
+        name=name,
+    )
+
+
+def in_no_scene(name: str) -> str:
+    """The lattice was deleted from its scenes, but Blender keeps it, since a modifier refers to it."""
+    return Sentence(
+        "The lattice “{name}” is in no scene, yet shapes the mesh: clear the modifier's Lattice input, or"
+        " link it to a collection.",
+        name=name,
+    )
+
+
+def foreign(name: str) -> str:
+    """An object is linked from another file, where it cannot be changed."""
+    return Sentence("{name} comes from another file: make it local or override it first", name=name)
+
+
+def modifier_of_library(name: str, modifier: str) -> str:
+    """An override has this modifier from its library: taken away here, it would be back on loading."""
+    return Sentence(
+        "“{modifier}” of “{name}” comes from another file: remove it there, or switch it off here (its eye"
+        " and camera buttons).",
+        modifier=modifier,
+        name=name,
+    )
+
+
+def foreign_points(name: str) -> str:
+    """A lattice's points are linked from another file; in an override Blender would lose what is done to them."""
+    return Sentence(
+        "The points of “{name}” belong to another file: make its data local (Object, Relations, Make Local).",
+        name=name,
+    )
+
+
+def locked_shape_key(name: str, key: str) -> str:
+    """The active shape key is locked against edits."""
+    return Sentence(
+        "The shape key “{key}” of “{name}” is locked: unlock it, or make another one active.",
+        key=key,
+        name=name,
+    )
+
+
+def no_sides(name: str, axis: str) -> str:
+    """A lattice with one layer along an axis has no two sides there."""
+    return Sentence(
+        "“{name}” has one layer of points along {axis}, so no two sides: choose another axis.",
+        name=name,
+        axis=axis,
+    )
+
+
+def nothing_selected(name: str) -> str:
+    """In Edit Mode no point of a lattice is selected."""
+    return Sentence("No point of “{name}” is selected: select some, or turn off Only Selected.", name=name)
+
+
+def constrained(name: str, constraints: list[str]) -> str:
+    """Constraints decide where a lattice object stands."""
+    return Sentence(
+        "“{name}” is held by constraints ({constraints}): remove or disable them before fitting it again.",
+        name=name,
+        constraints=", ".join(constraints),
+    )
+
+
+def animated_transform(name: str, paths: list[str]) -> str:
+    """Keys or drivers decide where a lattice object stands."""
+    return Sentence(
+        "The transform of “{name}” is animated ({paths}): fitting it again would move it in this frame only."
+        " Remove those keys or drivers first, or parent the lattice to an animated object instead.",
+        name=name,
+        paths=", ".join(paths),
+    )
+
+
+def held_points(name: str, modifiers: list[str]) -> str:
+    """Modifiers of a lattice object hold its points where they are, also when the object moves."""
+    return Sentence(
+        "“{name}” has modifiers ({modifiers}) that would not move with it, so its shape would change: switch"
+        " them off while fitting it again.",
+        name=name,
+        modifiers=", ".join(modifiers),
+    )
+
+
+def skewed_by_parent(name: str) -> str:
+    """A parent's uneven scale keeps a lattice object from standing straight."""
+    return Sentence(
+        "The parent of “{name}” skews it, so it cannot be fitted: apply the parent's scale, or clear the parent.",
+        name=name,
+    )
+
+
+def resolution_in_edit_mode(name: str) -> str:
+    """Blender changes the number of a lattice's points in Object Mode only."""
+    return Sentence("“{name}” is in Edit Mode: leave that to change its resolution.", name=name)
+
+
+def resolution_with_shape_keys(name: str) -> str:
+    """Blender does not change the number of points of a lattice that has shape keys."""
+    return Sentence("“{name}” has shape keys, so its resolution cannot change: leave Resolution at 0.", name=name)
+
+
+def resolution_of_splines(name: str) -> str:
+    """Only a Bernstein lattice has the same deformation with more points."""
+    return Sentence(
+        "“{name}” deforms with B-Splines, which would deform otherwise with more points: leave Resolution at 0.",
+        name=name,
+    )
+
+
+def resolution_lower(name: str, shape: tuple[int, int, int]) -> str:
+    """Fewer points cannot hold the deformation."""
+    return Sentence(
+        "“{name}” has {shape} points, and fewer would lose some of its deformation: raise Resolution, or leave it at"
+        " 0.",
+        name=name,
+        shape=" × ".join(map(str, shape)),
+    )
 
 
 def sentence(error: Exception) -> str:

@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The numbers that one computed frame of one modifier tells; the costly ones are worked out when first asked for."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 import isochor
 
+from .bound import Embedding
 from .grid import Grid
+from .volume import measures
 
 
 class Volumes(NamedTuple):
@@ -25,14 +28,20 @@ class Volumes(NamedTuple):
 
 @dataclass
 class Report:
-    """Lengths in units of the object's own space, time in milliseconds."""
+    """Lengths in units of the object's own space, time in milliseconds. ``grid`` is the lattice as it stands, and also
+    what vertices are embedded in unless ``bound``, the lattice when its rest was set, is there."""
 
     problems: tuple[str, ...] = ()
     binding: isochor.Binding | None = field(default=None, repr=False)
     grid: Grid | None = field(default=None, repr=False)
+    bound: Embedding | None = field(default=None, repr=False)
     asked: NDArray[np.float64] | None = field(default=None, repr=False)
     result: isochor.Preserved | None = field(default=None, repr=False)
     milliseconds: float = 0.0
+    embed: Callable[[], isochor.Binding] | None = field(default=None, repr=False)
+    """Puts the mesh of this frame back into the binding, which other frames may have used since."""
+    rounded: tuple[NDArray[Any], NDArray[np.int32]] | None = field(default=None, repr=False)
+    """Vertices that the user gets, and their triangles, where ``result`` holds them in more digits."""
 
     @property
     def control(self) -> NDArray[np.float64] | None:
@@ -54,8 +63,10 @@ class Report:
         """None where no volume was corrected."""
         if self.binding is None or self.result is None or self.asked is None:
             return None
-        result = self.result
-        return Volumes(result.target, self.binding.volume(self.asked), result.volume, result.error)
+        binding, result = self._embedded(self.binding), self.result
+        after = result.volume if self.rounded is None else measures(*self.rounded).volume
+        error = abs(after - result.target) / abs(result.target)
+        return Volumes(result.target, binding.volume(self.asked), after, error)
 
     @cached_property
     def largest_displacement(self) -> float | None:
@@ -66,10 +77,13 @@ class Report:
 
     @cached_property
     def vertices_outside(self) -> int | None:
-        """How many vertices stand outside the lattice's domain."""
-        return self.binding.outside_count if self.binding is not None else None
+        """How many vertices stand outside the lattice's domain, or of a bound one outside its shape."""
+        return self._embedded(self.binding).outside_count if self.binding is not None else None
 
     @cached_property
     def inside_out(self) -> bool:
         """Whether the faces point inwards, so that the volume counts as negative."""
         return self.result is not None and self.result.target < 0.0
+
+    def _embedded(self, binding: isochor.Binding) -> isochor.Binding:
+        return binding if self.embed is None else self.embed()

@@ -2,6 +2,7 @@
 """From what enters a modifier in one frame to the vertices that leave it, keeping what frames have in common."""
 
 from dataclasses import dataclass, field
+from functools import partial
 from time import perf_counter
 from typing import Any, Literal
 
@@ -11,6 +12,8 @@ from numpy.typing import NDArray
 import isochor
 
 from . import problem
+from .bound import Embedding
+from .frames import Frames
 from .grid import Grid, build_lattice
 from .report import Report
 from .settings import Settings
@@ -30,8 +33,10 @@ class Request:
     ``positions`` (V, 3) float32; ``influence`` (V,) float32 in [0, 1] or None for 1 everywhere; ``triangles``
     (F, 3) int32, the very same array as in the frame before where the faces have not changed, or None with the reason
     in ``no_triangles``; ``control`` (nu, nv, nw, 3) float64; ``frame`` (3, 3) rows or None; ``rest_volume`` is the
-    volume that entered when the modifier was added, or None where that is not known. ``device`` is what should
-    compute: "auto", "gpu", "cpu" or the name of an adapter.
+    volume that entered when the modifier was added or bound, or None where that is not known. ``device`` is what
+    should compute: "auto", "gpu", "cpu" or the name of an adapter; ``double`` whether in float64 up to the last
+    rounding. ``bound``: the lattice when its rest was set, from which ``control`` then moves the vertices; None where
+    ``grid``, the lattice as it stands, embeds them.
     """
 
     positions: Vertices = field(repr=False)
@@ -44,19 +49,38 @@ class Request:
     rest_volume: float | None
     settings: Settings
     device: str = "auto"
+    double: bool = False
+    bound: Embedding | None = None
+
+    @property
+    def embedding_grid(self) -> Grid:
+        """The undeformed lattice that the vertices are embedded in."""
+        return self.grid if self.bound is None else self.bound.grid
+
+    @property
+    def rest_control(self) -> NDArray[np.float64] | None:
+        """Control points that move nothing; None for those of the undeformed lattice."""
+        return None if self.bound is None else self.bound.control
 
     def same_as(self, other: "Request | None") -> bool:
         """Whether the two ask for the same thing, so that the answer is known."""
         return (
             other is not None
             and self.triangles is other.triangles
-            and (self.no_triangles, self.rest_volume, self.settings, self.device)
-            == (other.no_triangles, other.rest_volume, other.settings, other.device)
+            and (self.no_triangles, self.rest_volume, self.settings, self.device, self.double)
+            == (other.no_triangles, other.rest_volume, other.settings, other.device, other.double)
             and self.grid.same_as(other.grid)
+            and self.embeds_as(other)
             and np.array_equal(self.control, other.control)
             and same_array(self.frame, other.frame)
             and same_array(self.influence, other.influence)
             and same_array(self.positions, other.positions)
+        )
+
+    def embeds_as(self, other: "Request") -> bool:
+        """Whether the two embed a vertex alike."""
+        return (self.bound is not None and self.bound is other.bound) or (
+            self.embedding_grid.same_as(other.embedding_grid) and same_array(self.rest_control, other.rest_control)
         )
 
 
@@ -69,9 +93,13 @@ class Outcome:
 
 
 class Solver:
-    """The cache of one modifier in one mode (viewport or render). Not thread-safe: the caller serialises."""
+    """The cache of one modifier in one mode (viewport or render). Not thread-safe: the caller serialises.
 
-    def __init__(self) -> None:
+    ``frames``: where frames seen before are kept, shared with other solvers; by default none is.
+    """
+
+    def __init__(self, frames: Frames | None = None) -> None:
+        self._frames = Frames() if frames is None else frames
         self._binding: isochor.Binding | None = None
         self._lattice: isochor.Lattice | None = None
         self._bound: Request | None = None
@@ -81,16 +109,29 @@ class Solver:
 
     @property
     def bound_transform(self) -> NDArray[np.float64] | None:
-        """The lattice's transform that the present embedding was made with."""
-        return self._bound.grid.to_object if self._bound is not None and self._binding is not None else None
+        """The lattice's transform in the frame before; None where that could not be embedded."""
+        return self._answered.grid.to_object if self._answered is not None and self._binding is not None else None
+
+    @property
+    def entered(self) -> Vertices | None:
+        """(V, 3) positions that the frame before was computed from."""
+        return None if self._answered is None else self._answered.positions
+
+    @property
+    def request(self) -> Request | None:
+        """What the present embedding was made for; None where lattice and mesh allow none."""
+        return self._bound
 
     def solve(self, request: Request) -> Outcome:
         """The outcome of ``request``; the very same object as before where nothing has changed. Never raises
         ``isochor.Error``: it becomes a problem in the report, and the frame the uncorrected deformation."""
         if self._outcome is None or not request.same_as(self._answered):
             started = perf_counter()
-            self._outcome, self._answered = self._fresh(request), request
+            known = self._frames.find(self, request) if self._binding is not None else None
+            self._outcome, self._answered = self._fresh(request) if known is None else known, request
             self._outcome.report.milliseconds = (perf_counter() - started) * 1e3
+            if known is None and self._binding is not None:
+                self._frames.keep(self, request, self._outcome)
         return self._outcome
 
     def incoming_volume(self, request: Request) -> float | None:
@@ -106,7 +147,7 @@ class Solver:
 
     def bound_volume(self) -> float | None:
         """Signed volume of the mesh that entered last, or None where it encloses none."""
-        return None if self._bound is None else self.incoming_volume(self._bound)
+        return None if self._answered is None else self.incoming_volume(self._answered)
 
     def bound_target(self) -> float | None:
         """Signed volume that the mesh that entered last should have, or None where it encloses none."""
@@ -126,15 +167,21 @@ class Solver:
             self._forget()
             return Outcome(None, Report(problems=(problem.sentence(error),)))
         problems = (self._no_device,) if self._no_device else ()
-        report = Report(binding=binding, grid=request.grid, asked=request.control, problems=problems)
+        report = Report(
+            binding=binding, grid=request.grid, bound=request.bound, asked=request.control, problems=problems
+        )
+        report.embed = partial(self._bind, request)
         if request.settings.preserve <= 0.0:
-            return Outcome(binding.deform(request.control), report)
+            return Outcome(single(binding.deform(request.control)), report)
         try:
             report.result = self._preserve(binding, request)
-            return Outcome(report.result.vertices, report)
         except isochor.Error as error:
             report.problems = (*problems, request.no_triangles or problem.sentence(error))
-            return Outcome(binding.deform(request.control), report)
+            return Outcome(single(binding.deform(request.control)), report)
+        vertices = single(report.result.vertices)
+        if request.double and request.triangles is not None:
+            report.rounded = vertices, request.triangles
+        return Outcome(vertices, report)
 
     def _preserve(self, binding: isochor.Binding, request: Request) -> isochor.Preserved:
         settings = request.settings
@@ -155,7 +202,8 @@ class Solver:
     def _bind(self, request: Request) -> isochor.Binding:
         before = self._bound
         if self._binding is None or before is None or not self._same_mesh(request, before):
-            self._lattice = build_lattice(request.grid)
+            self._frames.forget(self)
+            self._lattice = build_lattice(request.embedding_grid)
             self._binding = self._bind_anew(self._lattice, request)
         else:
             self._update(self._binding, request, before)
@@ -163,20 +211,21 @@ class Solver:
         return self._binding
 
     def _bind_anew(self, lattice: isochor.Lattice, request: Request) -> isochor.Binding:
-        """Binds to the device asked for, or where this machine does not have it to the CPU."""
+        """Binds to the device asked for, or where this machine does not have it to the CPU; float64 is the CPU's."""
 
         def bind(device: str) -> isochor.Binding:
             return lattice.bind(
-                request.positions,
+                entering(request),
                 request.triangles,
                 device=device,
                 outside=OUTSIDES[request.settings.outside],
                 influence=request.influence,
+                rest=request.rest_control,
             )
 
         self._no_device = ""
         try:
-            return bind(request.device)
+            return bind("cpu" if request.double else request.device)
         except isochor.UnknownDeviceError:
             self._no_device = problem.no_device(request.device)
             return bind("cpu")
@@ -186,23 +235,25 @@ class Solver:
             request.triangles is before.triangles
             and len(request.positions) == len(before.positions)
             and request.settings.outside == before.settings.outside
-            and request.device == before.device
+            and (request.device, request.double) == (before.device, before.double)
             and (request.influence is None) == (before.influence is None)
+            and (request.bound is None) == (before.bound is None)
         )
 
     def _update(self, binding: isochor.Binding, request: Request, before: Request) -> None:
         """Hands the binding what differs from the frame before."""
-        same_lattice = request.grid.same_as(before.grid)
+        same_lattice = request.embeds_as(before)
         same_positions = same_array(request.positions, before.positions)
         same_influence = same_array(request.influence, before.influence)
         if same_lattice and same_positions and same_influence:
             return
         if not same_lattice:
-            self._lattice = build_lattice(request.grid)
+            self._lattice = build_lattice(request.embedding_grid)
         binding.update(
-            vertices=None if same_positions else request.positions,
+            vertices=None if same_positions else entering(request),
             lattice=None if same_lattice else self._lattice,
             influence=None if same_influence else request.influence,
+            rest=None if same_lattice else request.rest_control,
         )
 
     def _forget(self) -> None:
@@ -220,6 +271,16 @@ def wanted_volume(binding: isochor.Binding, request: Request) -> float | None:
     if perhaps_flat and request.triangles is not None and is_flat(request.positions, request.triangles):
         raise isochor.VolumeError(problem.FLAT)
     return (own if rest is None else rest) * settings.target
+
+
+def entering(request: Request) -> Vertices:
+    """The positions in the precision to compute in, which the native library takes from them."""
+    return request.positions.astype(np.float64) if request.double else request.positions
+
+
+def single(vertices: Vertices) -> Vertices:
+    """In the float32 that Blender keeps."""
+    return vertices.astype(np.float32, copy=False)
 
 
 def same_array(one: NDArray[Any] | None, other: NDArray[Any] | None) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from . import node_group, rest, results, sockets, state
+from . import node_group, rest, results, sockets, state, words
 
 MADE_BY_ADD = "isochor_made"
 """Custom property of a lattice object that isochor.add made, so that isochor.remove may take it away."""
@@ -21,22 +21,45 @@ def world_points(obj: bpy.types.Object, context: bpy.types.Context) -> NDArray[n
     if obj.mode == "EDIT":
         points = _selected_positions(obj)
     else:
-        points = _positions(obj.evaluated_get(context.evaluated_depsgraph_get()).data)
+        points = own_positions(obj.evaluated_get(context.evaluated_depsgraph_get()).data)
     return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def new_lattice(
-    name: str, shape: tuple[int, int, int], matrix: NDArray[np.float64], context: bpy.types.Context
+    name: str,
+    shape: tuple[int, int, int],
+    matrix: NDArray[np.float64],
+    context: bpy.types.Context,
+    beside: bpy.types.Object | None = None,
 ) -> bpy.types.Object:
-    """A lattice object whose unit cube stands as ``matrix`` (to world) says, in the active collection."""
+    """A lattice object whose unit cube stands as ``matrix`` (to world) says, in the active collection; where that is
+    hidden or from another file in one of those that ``beside`` is in."""
     data = bpy.data.lattices.new(name)
     lattice = bpy.data.objects.new(name, data)
     # Only now that an object has it does Blender keep the lattice's size when the resolution changes.
     data.points_u, data.points_v, data.points_w = shape
     lattice.matrix_world = Matrix(matrix.tolist())
     lattice[MADE_BY_ADD] = True
-    context.view_layer.active_layer_collection.collection.objects.link(lattice)
+    _open_collection(context, beside).objects.link(lattice)
+    space = context.space_data
+    if space is not None and space.type == "VIEW_3D" and space.local_view is not None:
+        lattice.local_view_set(space, True)
     return lattice
+
+
+def _open_collection(context: bpy.types.Context, beside: bpy.types.Object | None) -> bpy.types.Collection:
+    """A collection whose objects show and can be changed: the active one, one around ``beside``, or the scene's."""
+    layers = _layers(context.view_layer.layer_collection)
+    around = [] if beside is None else [layer for layer in layers if beside.name in layer.collection.objects]
+    for layer in (context.view_layer.active_layer_collection, *around):
+        if layer.is_visible and not layer.hide_viewport and layer.collection.is_editable:
+            return layer.collection
+    return context.scene.collection
+
+
+def _layers(layer: bpy.types.LayerCollection) -> list[bpy.types.LayerCollection]:
+    """A layer collection and all below it."""
+    return [layer, *(found for child in layer.children for found in _layers(child))]
 
 
 def lock_interface(scene: bpy.types.Scene) -> bool:
@@ -56,7 +79,12 @@ def add_modifiers(
     for obj, modifier in added:
         rest.measure_for_render(obj, modifier, context.view_layer)
     memories = [(obj, state.recall(obj, modifier)) for obj, modifier in added]
-    return [f"{obj.name}: {text}" for obj, memory in memories if memory is not None for text in memory.report.problems]
+    return [
+        f"{obj.name}: {words.reported(text)}"
+        for obj, memory in memories
+        if memory is not None
+        for text in memory.report.problems
+    ]
 
 
 def _add_modifier(obj: bpy.types.Object, lattice: bpy.types.Object, basis: str) -> bpy.types.NodesModifier:
@@ -69,7 +97,8 @@ def _add_modifier(obj: bpy.types.Object, lattice: bpy.types.Object, basis: str) 
     return modifier
 
 
-def _positions(mesh: bpy.types.Mesh) -> NDArray[np.float64]:
+def own_positions(mesh: bpy.types.Mesh) -> NDArray[np.float64]:
+    """(V, 3) vertices of a mesh in its own space."""
     positions = np.empty(len(mesh.vertices) * 3, np.float32)
     if len(positions):
         mesh.attributes["position"].data.foreach_get("vector", positions)

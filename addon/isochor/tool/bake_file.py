@@ -106,9 +106,10 @@ def play(target: frames.Target, path: str, plan: Plan) -> list[str]:
     obj = target.obj
     cache = baked.stand_in(obj)
     if cache is None or cache.type != "MESH_CACHE":
+        baked.drop(obj)
         cache = obj.modifiers.new(NAME, "MESH_CACHE")
     _fill(cache, path, plan)
-    _move_behind(obj, cache, target.last)
+    stack.move_behind(cache, target.last)
     differing = _differing(target)
     baked.switch_over(obj, cache, ("render",) if differing else ("viewport", "render"))
     state.forget([obj])
@@ -125,12 +126,6 @@ def _fill(cache: bpy.types.MeshCacheModifier, path: str, plan: Plan) -> None:
     cache.frame_scale, cache.frame_start = plan.scale, plan.frame_start * plan.samples
     cache.forward_axis, cache.up_axis = "POS_Y", "POS_Z"
     cache.flip_axis = (False, False, False)
-
-
-def _move_behind(obj: bpy.types.Object, cache: bpy.types.Modifier, last: bpy.types.Modifier) -> None:
-    names = [modifier.name for modifier in obj.modifiers]
-    here, there = names.index(cache.name), names.index(last.name)
-    obj.modifiers.move(here, there + 1 if here > there else there)
 
 
 def _differing(target: frames.Target) -> list[str]:

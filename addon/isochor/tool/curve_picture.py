@@ -13,18 +13,19 @@ IMAGE_OF = "isochor_volume_of"
 IMAGE_SIZE = (1600, 800)
 
 _previews: list[previews.ImagePreviewCollection] = []
-_drawn: dict[str, tuple[bytes, tuple[int, int], Look]] = {}
+_drawn: dict[str, tuple[bytes, int, Look, int]] = {}
 """What each preview shows."""
 
 
-def preview(name: str, curve: VolumeCurve, size: tuple[int, int], look: Look) -> int:
-    """Icon with the curve, of width and height in pixels; drawn anew only where something has changed. ``name`` tells
-    one preview from another."""
-    wanted = (curve.signature, size, look)
+def preview(name: str, curve: VolumeCurve, side: int, look: Look, scale: int) -> int:
+    """Icon with the curve, a square of so many pixels, letters enlarged by ``scale``; drawn anew only where something
+    has changed. ``name`` tells one preview from another."""
+    wanted = (curve.signature, side, look, scale)
     collection = _previews[0]
     icon = collection.get(name) or collection.new(name)
     if _drawn.get(name) != wanted:
-        picture = draw_volume_curve(curve.frames, curve.before_percent, curve.after_percent, size, look)
+        size = side, side
+        picture = draw_volume_curve(curve.frames, curve.before_percent, curve.after_percent, size, look, scale=scale)
         icon.image_size = size
         icon.image_pixels_float.foreach_set(pixels(picture))
         _drawn[name] = wanted

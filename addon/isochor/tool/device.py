@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The device that the user's preferences choose."""
+"""What the user's preferences choose: device, precision, memory."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,6 +9,10 @@ import bpy
 AUTO, GPU, CPU, NAMED = "AUTO", "GPU", "CPU", "NAMED"
 PACKAGE = (__package__ or "").rpartition(".")[0]
 """Name of the extension, under which Blender keeps its preferences."""
+
+SINGLE, DOUBLE = "SINGLE", "DOUBLE"
+
+MEGABYTE = 1 << 20
 
 WORDS = {AUTO: "auto", GPU: "gpu", CPU: "cpu"}
 
@@ -32,10 +36,27 @@ def chosen() -> str:
 
 
 def _preferred() -> str:
-    addon = bpy.context.preferences.addons.get(PACKAGE)
-    preferences = addon.preferences if addon is not None else None
+    preferences = of_user()
     if preferences is None:
         return WORDS[AUTO]
     if preferences.device == NAMED:
         return str(preferences.adapter) or WORDS[AUTO]
     return WORDS[preferences.device]
+
+
+def is_double() -> bool:
+    """Whether to compute in float64."""
+    preferences = of_user()
+    return preferences is not None and preferences.precision == DOUBLE
+
+
+def memory_limit() -> int:
+    """Bytes that computed frames may take."""
+    preferences = of_user()
+    return 0 if preferences is None else preferences.memory * MEGABYTE
+
+
+def of_user() -> bpy.types.AddonPreferences | None:
+    """The extension's preferences, or None where it is not enabled."""
+    addon = bpy.context.preferences.addons.get(PACKAGE)
+    return addon.preferences if addon is not None else None

@@ -162,6 +162,8 @@ def _set_for_walk(target: Target, undo: ExitStack) -> None:
         if stack.differing_before(target.obj, modifier):
             _swap_rest(modifier)
             undo.callback(_swap_rest, modifier)
+    for block in baked.keys(target.obj):
+        _set(block, "mute", True, undo)
     place = list(target.obj.modifiers).index(target.last)
     for index, modifier in enumerate(target.obj.modifiers):
         shown = index <= place and baked.seen_by_renders(target.obj, modifier)

@@ -38,9 +38,13 @@ def file_about_to_be_saved(*_arguments: object) -> None:
 
 @persistent
 def file_loaded(*_arguments: object) -> None:
-    """Another file: forget the old one, and make its node groups fit this Blender."""
-    state.clear()
+    """Another file: forget the old one, make its node groups fit this Blender, and have its objects computed with the
+    first update, since the library of a linked one may have changed."""
     node_group.rebuild_foreign()
+    if node_group.all_groups():
+        # Blender would not tell of tags that it meets in its first evaluation of a file.
+        bpy.context.view_layer.update()
+    recompute()
 
 
 def recompute() -> None:

@@ -2,7 +2,7 @@
 """Draws the overlay in 3D Views: corrected lattices, their control points coloured by displacement, deformed space."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import bpy
@@ -11,9 +11,6 @@ from bpy.app.handlers import persistent
 
 from . import overlay_batches, overlay_geometry, overlay_legend, overlay_settings
 from .overlay_geometry import Shown
-
-LINE, FAINT = (0.25, 0.78, 0.86, 1.0), (0.95, 0.95, 0.95, 0.45)
-"""Colours of the corrected lattice and of the deformed space."""
 
 log = logging.getLogger(__name__)
 _complaints: set[str] = set()
@@ -91,9 +88,9 @@ def _draw_view(context: bpy.types.Context, settings: overlay_settings.IsochorOve
 
 def _draw_one(settings: overlay_settings.IsochorOverlay, batches: dict[str, gpu.types.GPUBatch], scale: float) -> None:
     if settings.show_isolines and "isolines" in batches:
-        _draw_lines(batches["isolines"], 1.0 * scale, FAINT)
+        _draw_lines(batches["isolines"], 1.0 * scale, settings.space_colour)
     if settings.show_lattice and "lattice" in batches:
-        _draw_lines(batches["lattice"], settings.line_width * scale, LINE)
+        _draw_lines(batches["lattice"], settings.line_width * scale, settings.lattice_colour)
     if settings.show_points:
         _draw_lines(batches["paths"], settings.line_width * scale, None)
         shader = overlay_batches.shader("POINT_FLAT_COLOR")
@@ -102,7 +99,7 @@ def _draw_one(settings: overlay_settings.IsochorOverlay, batches: dict[str, gpu.
         batches["points"].draw(shader)
 
 
-def _draw_lines(batch: gpu.types.GPUBatch, width: float, colour: tuple[float, ...] | None) -> None:
+def _draw_lines(batch: gpu.types.GPUBatch, width: float, colour: Sequence[float] | None) -> None:
     """One colour, or those of the points where it is None."""
     shader = overlay_batches.shader("POLYLINE_SMOOTH_COLOR" if colour is None else "POLYLINE_UNIFORM_COLOR")
     shader.bind()
@@ -118,6 +115,11 @@ def _draw_pixels(context: bpy.types.Context, settings: overlay_settings.IsochorO
         found = in_view(context, settings)
         if found:
             overlay_legend.draw(context, full_colour(settings, found))
+
+
+def complaints() -> list[str]:
+    """What went wrong while drawing since the file was loaded, each once."""
+    return sorted(_complaints)
 
 
 @persistent

@@ -71,6 +71,24 @@ class IsochorOverlay(bpy.types.PropertyGroup):
         min=0.0,
         unit="LENGTH",
     )
+    lattice_colour: bpy.props.FloatVectorProperty(
+        name="Lattice Colour",
+        description="Colour of the corrected lattice",
+        subtype="COLOR_GAMMA",
+        size=4,
+        default=(0.25, 0.78, 0.86, 1.0),
+        min=0.0,
+        max=1.0,
+    )
+    space_colour: bpy.props.FloatVectorProperty(
+        name="Space Colour",
+        description="Colour of the lines of the deformed space",
+        subtype="COLOR_GAMMA",
+        size=4,
+        default=(0.95, 0.95, 0.95, 0.55),
+        min=0.0,
+        max=1.0,
+    )
     line_width: bpy.props.FloatProperty(
         name="Line Width", description="Width of the lattice's lines, in pixels", default=2.0, min=0.5, max=10.0
     )

@@ -3,27 +3,38 @@
 
 import bpy
 
-from . import adding, node_group, results, sockets, stack
+from ..core import problem
+from . import adding, animation_paths, node_group, results, sockets, stack
 
 
 def remove(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
-    """Removes the modifier, its result meshes, the lattice that isochor.add made for it if nothing else uses it, and
-    the node group with its last user."""
+    """Removes the modifier with its keys and drivers, its result meshes, the lattice that isochor.add made for it if
+    nothing else uses it, and the node group with its last user."""
     lattice = sockets.read(modifier, sockets.LATTICE)
     results.remove(modifier)
+    animation_paths.remove(obj, [animation_paths.of_modifier(modifier)])
     obj.modifiers.remove(modifier)
-    if lattice is not None and adding.MADE_BY_ADD in lattice and not _is_used(lattice):
+    if lattice is not None and adding.MADE_BY_ADD in lattice and lattice.library is None and not is_used(lattice):
         data = lattice.data
         bpy.data.objects.remove(lattice)
         if data is not None and data.users == 0:
             bpy.data.lattices.remove(data)
     if not stack.users(node_group.all_groups()):
         for group in node_group.all_groups():
-            if group.users == 0:
+            if group.users == 0 and group.library is None:
                 bpy.data.node_groups.remove(group)
 
 
-def _is_used(lattice: bpy.types.Object) -> bool:
+def refusal(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> str:
+    """Why the modifier cannot be taken away, in plain words; empty where it can."""
+    if not obj.is_editable:
+        return problem.foreign(obj.name)
+    if obj.override_library is not None and modifier.is_override_data:
+        return problem.modifier_of_library(obj.name, modifier.name)
+    return ""
+
+
+def is_used(lattice: bpy.types.Object) -> bool:
     """Whether anything but the collections that show it refers to the object."""
     users = bpy.data.user_map(subset=[lattice])[lattice]
     return any(not isinstance(user, (bpy.types.Collection, bpy.types.Scene)) and user != lattice for user in users)

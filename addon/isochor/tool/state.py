@@ -3,10 +3,11 @@
 
 import threading
 from collections import Counter
+from collections.abc import Callable
 
 import bpy
 
-from . import node_group, results, stack
+from . import frame_memory, node_group, results, stack
 from .update import Memory, update_object
 
 _lock = threading.RLock()
@@ -20,6 +21,7 @@ def clear() -> None:
     """Forgets everything, as after loading a file or an undo, where Blender's data is another."""
     with _lock:
         _memories.clear()
+        frame_memory.clear()
         _printed.clear()
         _edits.clear()
 
@@ -28,7 +30,13 @@ def forget(objects: list[bpy.types.Object]) -> None:
     """Has these objects computed anew next time, as if no frame had come before."""
     with _lock:
         for key in _keys(objects):
-            del _memories[key]
+            frame_memory.forget(_memories.pop(key).solver)
+
+
+def change_memory(change: Callable[[], None]) -> None:
+    """Calls one of ``frame_memory``'s functions while nothing computes."""
+    with _lock:
+        change()
 
 
 def anchor(objects: list[bpy.types.Object]) -> None:

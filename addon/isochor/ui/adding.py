@@ -5,9 +5,10 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core import problem
 from ..core.fit import axes_of, box_matrix
 from ..core.oriented import oriented_axes
-from ..tool import adding
+from ..tool import adding, words
 from .choosing import chosen_meshes
 
 BASIS_ITEMS = (
@@ -57,19 +58,19 @@ class ISOCHOR_OT_add(bpy.types.Operator):
         objects = chosen_meshes(context)
         foreign = [obj.name for obj in objects if not obj.is_editable]
         if foreign:
-            self.report({"ERROR"}, f"{', '.join(foreign)} comes from another file: make it local or override it first")
+            self.report({"ERROR"}, words.reported(problem.foreign(", ".join(foreign))))
             return {"CANCELLED"}
         points = np.concatenate([adding.world_points(obj, context) for obj in objects])
         if not len(points):
-            self.report({"ERROR"}, "There are no vertices to fit a lattice to: select a mesh that has some")
+            self.report({"ERROR"}, problem.NO_POINTS)
             return {"CANCELLED"}
         if not np.isfinite(points).all():
-            self.report({"ERROR"}, "Some vertices have no place (NaN or infinity): correct or delete them first")
+            self.report({"ERROR"}, problem.NO_PLACE)
             return {"CANCELLED"}
         shape = tuple(self.resolution)
         axes = fitted_axes(self.fit, points, np.array(objects[0].matrix_world))
         matrix = box_matrix(points, axes, self.margin, shape, self.basis)
-        lattice = adding.new_lattice(f"{objects[0].name} Lattice", shape, matrix, context)
+        lattice = adding.new_lattice(f"{objects[0].name} Lattice", shape, matrix, context, objects[0])
         if adding.lock_interface(context.scene):
             self.report({"INFO"}, "Lock Interface is now on in the Render menu: renders need it")
         problems = adding.add_modifiers(objects, lattice, self.basis, context)

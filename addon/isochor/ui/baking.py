@@ -9,7 +9,7 @@ import bpy
 
 from ..core.point_cache import SUFFIXES
 from ..core.problem import Problem
-from ..tool import bake_file, baked, cache_places, frames
+from ..tool import bake_file, bake_keys, bake_lattice, baked, cache_places, frames
 from .choosing import chosen_modifiers
 from .stepping import Bake, Stepping
 
@@ -35,9 +35,30 @@ def begin_file(
     return bake_file.bake(context, chosen, operator.paths([target.obj for target in chosen]), plan)
 
 
+def begin_keys(
+    _operator: "ISOCHOR_OT_bake", context: bpy.types.Context, pairs: Pairs, frame_start: int, frame_end: int
+) -> Bake:
+    """Shape keys of the mesh."""
+    return bake_keys.bake(context, frames.targets([obj for obj, _modifier in pairs]), frame_start, frame_end)
+
+
+def begin_lattice(
+    _operator: "ISOCHOR_OT_bake", context: bpy.types.Context, pairs: Pairs, frame_start: int, frame_end: int
+) -> Bake:
+    """Blender's own Lattice modifier."""
+    return bake_lattice.bake(context, frames.targets([obj for obj, _modifier in pairs]), frame_start, frame_end)
+
+
 FORMATS = (
     Format("PC2", "Point Cache (PC2)", "A file that a Mesh Cache modifier plays; the format of 3ds Max", begin_file),
     Format("MDD", "Point Cache (MDD)", "A file that a Mesh Cache modifier plays; the format of LightWave", begin_file),
+    Format("SHAPE_KEYS", "Shape Keys", "A key of the mesh for each frame; other programs read them", begin_keys),
+    Format(
+        "LATTICE",
+        "Native Lattice",
+        "Blender's own Lattice modifier with the corrected points, where it can hold the very same deformation",
+        begin_lattice,
+    ),
 )
 
 

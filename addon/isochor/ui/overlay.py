@@ -15,6 +15,7 @@ class VIEW3D_PT_isochor_overlay(bpy.types.Panel):
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 20
 
     def draw_header(self, context: bpy.types.Context) -> None:
         self.layout.prop(overlay_settings.of(context.workspace), "show", text="")
@@ -48,6 +49,9 @@ def _draw_look(layout: bpy.types.UILayout, settings: overlay_settings.IsochorOve
     column.prop(settings, "only_selected")
     column.prop(settings, "in_front")
     column = layout.column(align=True)
+    column.prop(settings, "lattice_colour")
+    column.prop(settings, "space_colour")
+    column = layout.column(align=True)
     column.prop(settings, "line_width")
     column.prop(settings, "point_size")
     column = layout.column()
@@ -64,13 +68,13 @@ class VIEW3D_PT_isochor_overlay_popover(bpy.types.Panel):
     bl_space_type = "VIEW_3D"
     bl_region_type = "HEADER"
 
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(overlay_settings.of(context.workspace), "show", text="")
+
     def draw(self, context: bpy.types.Context) -> None:
         settings = overlay_settings.of(context.workspace)
-        column = self.layout.column(align=True)
-        column.active = context.space_data.overlay.show_overlays
-        column.prop(settings, "show")
-        split = column.split()
-        split.active = settings.show
+        split = self.layout.split()
+        split.active = settings.show and context.space_data.overlay.show_overlays
         left, right = split.column(align=True), split.column(align=True)
         left.prop(settings, "show_lattice")
         left.prop(settings, "show_points")

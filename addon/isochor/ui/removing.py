@@ -3,12 +3,13 @@
 
 import bpy
 
-from ..tool import removing
-from .choosing import lattices_of_active
+from ..tool import removing, words
+from .choosing import chosen_modifiers
 
 
 class ISOCHOR_OT_remove(bpy.types.Operator):
-    """Take the Volume Lattice away, with its lattice if nothing else uses it"""
+    """Take the Volume Lattice of every selected mesh away, with its lattice if nothing else uses it; with a lattice
+    selected, those of all meshes that use it"""
 
     bl_idname = "isochor.remove"
     bl_label = "Remove Volume Lattice"
@@ -16,16 +17,19 @@ class ISOCHOR_OT_remove(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if lattices_of_active(context):
+        if chosen_modifiers(context):
             return True
-        cls.poll_message_set("The active object has no Volume Lattice")
+        cls.poll_message_set("The selected objects have no Volume Lattice")
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        modifiers = lattices_of_active(context)
-        obj = modifiers[0].id_data
-        active = obj.modifiers.active
-        removing.remove(obj, active if active in modifiers else modifiers[-1])
+        pairs = chosen_modifiers(context)
+        refusals = [text for text in (removing.refusal(*pair) for pair in pairs) if text]
+        if refusals:
+            self.report({"ERROR"}, words.reported(refusals[0]))
+            return {"CANCELLED"}
+        for obj, modifier in pairs:
+            removing.remove(obj, modifier)
         return {"FINISHED"}
 
 

@@ -5,12 +5,13 @@ import textwrap
 
 import bpy
 
+from ..core import problem
 from ..core.report import Report
-from ..tool import baked, stack, state
+from ..tool import baked, sockets, stack, state, words
 from .adding import ISOCHOR_OT_add
+from .choosing import active_object, users_of
 from .removing import ISOCHOR_OT_remove
 
-INSIDE_OUT = "The mesh is inside out: its volume counts as negative, and is kept all the same."
 LETTER_WIDTH, ICON_AND_MARGINS = 7.0, 75.0
 """Pixels, at interface scale 1, of a letter of average width, and of what stands beside a line of text in a box."""
 
@@ -25,15 +26,34 @@ class VIEW3D_PT_isochor(bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        obj = context.object
-        modifiers = stack.ours(obj) if obj is not None and obj.type == "MESH" else []
-        if not modifiers:
-            layout.label(text="The active object has none")
-        for modifier in modifiers:
-            draw_modifier(layout.box(), obj, modifier, line_width(context))
+        pairs = shown(context)
+        if not pairs:
+            layout.label(text=nothing_to_show(context))
+        for obj, modifier in pairs:
+            draw_modifier(layout.box(), obj, modifier, title(context, obj, modifier), line_width(context))
         row = layout.row(align=True)
         row.operator(ISOCHOR_OT_add.bl_idname, text="Add", icon="MOD_LATTICE")
         row.operator(ISOCHOR_OT_remove.bl_idname, text="Remove", icon="X")
+
+
+def shown(context: bpy.types.Context) -> list[tuple[bpy.types.Object, bpy.types.NodesModifier]]:
+    """The Volume Lattices of the active mesh, or those that the active lattice shapes."""
+    obj = active_object(context)
+    if obj is None:
+        return []
+    return users_of(obj) if obj.type == "LATTICE" else [(obj, modifier) for modifier in stack.ours(obj)]
+
+
+def nothing_to_show(context: bpy.types.Context) -> str:
+    """Why there is nothing, in words."""
+    obj = active_object(context)
+    is_lattice = obj is not None and obj.type == "LATTICE"
+    return words.shown("No mesh uses this lattice" if is_lattice else "The active object has none")
+
+
+def title(context: bpy.types.Context, obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> str:
+    """The modifier's name, with its object's where that is not the active one."""
+    return modifier.name if obj == active_object(context) else f"{obj.name}: {modifier.name}"
 
 
 def line_width(context: bpy.types.Context) -> int:
@@ -43,10 +63,12 @@ def line_width(context: bpy.types.Context) -> int:
 
 
 def draw_modifier(
-    layout: bpy.types.UILayout, obj: bpy.types.Object, modifier: bpy.types.NodesModifier, width: int
+    layout: bpy.types.UILayout, obj: bpy.types.Object, modifier: bpy.types.NodesModifier, name: str, width: int
 ) -> None:
-    """One modifier's problems and numbers, text in lines of ``width`` letters."""
-    layout.label(text=modifier.name, icon="MOD_LATTICE")
+    """One modifier's problems and numbers under its name, text in lines of ``width`` letters."""
+    layout.label(text=name, icon="MOD_LATTICE", translate=False)
+    for text in notes(modifier):
+        draw_text(layout, text, "INFO", width)
     memory = state.recall(obj, modifier)
     if memory is None:
         layout.label(text="Baked: not computed" if baked.KEY in obj else "Not computed yet")
@@ -54,18 +76,25 @@ def draw_modifier(
     for text in memory.report.problems:
         draw_text(layout, text, "ERROR", width)
     if memory.report.inside_out:
-        draw_text(layout, INSIDE_OUT, "INFO", width)
+        draw_text(layout, problem.INSIDE_OUT, "INFO", width)
     grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
     for name, value in rows(memory.report):
-        grid.label(text=name)
-        grid.label(text=value)
+        grid.label(text=name, translate=False)
+        grid.label(text=value, translate=False)
+
+
+def notes(modifier: bpy.types.NodesModifier) -> list[str]:
+    """What is not wrong, and yet perhaps not what the animator believes."""
+    lattice = sockets.read(modifier, sockets.LATTICE)
+    deleted = lattice is not None and lattice.library is None and not lattice.users_collection
+    return [problem.in_no_scene(lattice.name)] if deleted else []
 
 
 def draw_text(layout: bpy.types.UILayout, text: str, icon: str, width: int) -> None:
     """Text over as many lines as it needs."""
     column = layout.column(align=True)
-    for number, line in enumerate(textwrap.wrap(text, width)):
-        column.label(text=line, icon=icon if number == 0 else "BLANK1")
+    for number, line in enumerate(textwrap.wrap(words.shown(text), width)):
+        column.label(text=line, translate=False, icon=icon if number == 0 else "BLANK1")
 
 
 def rows(report: Report) -> list[tuple[str, str]]:
@@ -74,17 +103,17 @@ def rows(report: Report) -> list[tuple[str, str]]:
     volumes = report.volumes
     if volumes is not None:
         found += [
-            ("Target volume", f"{volumes.target:.6g}"),
-            ("Lattice alone", f"{volumes.before:.6g} ({percent(volumes.before, volumes.target)})"),
-            ("Corrected", f"{volumes.after:.6g}"),
-            ("Error", f"{volumes.error:.1e}"),
-            ("Points moved up to", f"{report.largest_displacement:.4g}"),
+            (words.shown("Target volume"), f"{volumes.target:.6g}"),
+            (words.shown("Lattice alone"), f"{volumes.before:.6g} ({percent(volumes.before, volumes.target)})"),
+            (words.shown("Corrected"), f"{volumes.after:.6g}"),
+            (words.shown("Error"), f"{volumes.error:.1e}"),
+            (words.shown("Points moved up to"), f"{report.largest_displacement:.4g}"),
         ]
     if report.vertices_outside is not None:
-        found.append(("Vertices outside", f"{report.vertices_outside}"))
+        found.append((words.shown("Vertices outside"), f"{report.vertices_outside}"))
     if report.result is not None:
-        found.append(("Computed on", report.device_name))
-    found.append(("Time", f"{report.milliseconds:.1f} ms"))
+        found.append((words.shown("Computed on"), report.device_name))
+    found.append((words.shown("Time"), f"{report.milliseconds:.1f} ms"))
     return found
 
 

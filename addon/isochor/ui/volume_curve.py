@@ -8,8 +8,9 @@ from ..tool import curve_picture, stack, volume_curve
 from .choosing import active_object, chosen_modifiers
 from .measuring import ISOCHOR_OT_measure_volume
 
-MARGINS, UNIT, HEIGHT = 40.0, 20.0, 0.75
-"""Pixels, at interface scale 1, beside a picture in the sidebar, and of a button's height; height over width."""
+MARGINS, UNIT, PADDING = 54.0, 20.0, 8.0
+"""Pixels, at interface scale 1: what stands beside a picture in the sidebar, the height of a button, and how much
+smaller the picture is than the square that Blender keeps for it."""
 
 
 class ISOCHOR_OT_volume_image(bpy.types.Operator):
@@ -56,6 +57,7 @@ class VIEW3D_PT_isochor_volume_curve(bpy.types.Panel):
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 21
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -85,10 +87,11 @@ def draw_curve(
     """The picture of one curve, as wide as the sidebar, and its worst frames in numbers."""
     layout.label(text=f"{obj.name}: {modifier.name}")
     scale = context.preferences.system.ui_scale
-    width = max(160.0, context.region.width - MARGINS * scale)
-    size = int(width), max(120, int(width * HEIGHT))
+    width = max(180.0, context.region.width - MARGINS * scale)
+    side = int(width - PADDING * scale)
     name = f"{obj.session_uid} {modifier.persistent_uid}"
-    icon = curve_picture.preview(name, curve, size, curve_picture.look_of_theme(context))
+    look = curve_picture.look_of_theme(context)
+    icon = curve_picture.preview(name, curve, side, look, max(1, round(scale)))
     layout.template_icon(icon_value=icon, scale=width / (UNIT * scale))
     grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
     for name, value in rows(curve):
