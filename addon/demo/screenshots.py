@@ -7,6 +7,7 @@ Use, on an X display, with BLENDER_USER_RESOURCES naming an empty folder (run_sc
 
 import argparse
 import sys
+from math import radians
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ sys.path.insert(0, str(HERE))
 import screenshot_scenes as scenes  # noqa: E402
 import window  # noqa: E402
 from blender_session import EXTENSION, command_arguments, install_extension  # noqa: E402
+from volume_lattice import find_volume_lattice, set_input  # noqa: E402
 
 
 def opened(name: str) -> type:
@@ -60,8 +62,6 @@ def shading() -> None:
 
 def look_from(distance: float, height: float, turn: tuple[float, float]) -> None:
     """Places the 3D View's eye: ``turn`` degrees up from straight down, and around."""
-    from math import radians
-
     from mathutils import Euler
 
     eye = window.area("VIEW_3D").spaces.active.region_3d
@@ -113,6 +113,22 @@ def deformed_space(out: Path) -> window.Steps:
     yield from window.picture(out / "deformed-space-and-lattice.png", window.area("VIEW_3D"))
 
 
+def animated(out: Path) -> window.Steps:
+    """A column twisted and bent by numbers, and the panel that they stand in."""
+    scenes.clear()
+    column = scenes.column()
+    scenes.lattice_of(column).hide_set(True)
+    modifier = find_volume_lattice(column)
+    for name, value in (("Squash", 1.1), ("Taper", -0.3), ("Twist", radians(90.0)), ("Bend", radians(60.0))):
+        set_input(modifier, name, value)
+    set_input(modifier, "Axes", (1.0, 1.0, 0.0))
+    overlay()
+    look_from(8.5, 0.0, (72.0, 28.0))
+    panel = opened("VIEW3D_PT_isochor_animate")
+    yield from window.picture(out / "animate-panel.png")
+    closed(panel)
+
+
 def volume_curve(out: Path) -> window.Steps:
     """A bounce measured: the curve in the sidebar, and as an image."""
     scenes.clear()
@@ -145,7 +161,7 @@ def everything(out: Path) -> window.Steps:
     """All pictures, one after the other."""
     yield from set_up_window()
     shading()
-    for part in (just_added, squashed, deformed_space, volume_curve, popover):
+    for part in (just_added, squashed, deformed_space, animated, volume_curve, popover):
         yield from part(out)
     complaints = sys.modules[f"{EXTENSION}.tool.overlay"].complaints()
     if complaints:
