@@ -44,7 +44,9 @@ TEXTS = {
     "“{name}” has shape keys, so its resolution cannot change: leave Resolution at 0.": "„{name}“ hat Formschlüssel, also lässt sich die Auflösung nicht ändern: Auflösung auf 0 lassen.",
     "“{name}” deforms with B-Splines, which would deform otherwise with more points: leave Resolution at 0.": "„{name}“ verformt mit B-Splines, die mit mehr Punkten anders verformen würden: Auflösung auf 0 lassen.",
     "“{name}” has {shape} points, and fewer would lose some of its deformation: raise Resolution, or leave it at 0.": "„{name}“ hat {shape} Punkte, und mit weniger ginge etwas von der Verformung verloren: Auflösung erhöhen oder auf 0 lassen.",
+    "Fit Again": "Neu anpassen",
     # Mirroring
+    "Mirror": "Spiegeln",
     "Mirror Lattice": "Gitter spiegeln",
     "Give one side of each selected lattice the mirror image of the other side's deformation, on the active shape key where there is one. A middle layer of points is put onto the mirror plane": "Gibt einer Seite jedes ausgewählten Gitters das Spiegelbild der Verformung der anderen, im aktiven Formschlüssel, falls es einen gibt. Eine mittlere Schicht von Punkten kommt auf die Spiegelebene",
     "Axis": "Achse",
