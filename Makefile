@@ -6,10 +6,12 @@ PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3
 	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
 TOOL = $(if $(PYTHON),$(PYTHON) addon/tools,$(error Python 3.11 or newer is needed: none was found on PATH))
 
-.PHONY: help demo extension wheel stubs test format bench bench-gpu clean distclean
+.PHONY: help demo gallery screenshots extension wheel stubs test format bench bench-gpu clean distclean
 
 help:
 	@echo 'make demo        build everything and render the bouncing ball into out/bouncing-ball/'
+	@echo 'make gallery     render the pictures of the user guide into out/gallery/; make gallery PAGES=corrections renders some'
+	@echo 'make screenshots take pictures of the real window into out/gallery/screenshots/'
 	@echo 'make extension   build the installable zip dist/isochor-<version>-<platform>.zip'
 	@echo 'make test        run every test there is; make test LEGS="rust native" runs some'
 	@echo 'make bench       measure against the volume paper and against Blender'"'"'s own Lattice modifier'
@@ -20,8 +22,14 @@ help:
 	@echo 'make clean       remove what was built and rendered, keeping Blender and the Python environments'
 	@echo 'make distclean   remove everything that is not in git'
 
+gallery:
+	@$(TOOL)/run_gallery.py $(PAGES)
+
 demo:
 	@$(TOOL)/run_demo.py
+
+screenshots:
+	@$(TOOL)/run_screenshots.py
 
 extension:
 	@$(TOOL)/build_extension.py

@@ -99,6 +99,14 @@ def make_ball_material() -> bpy.types.Material:
     return shader.finish(shader.mix(shader.below(shader.attribute("ink"), 0.0), seams, INK), roughness=0.38, coat=0.15)
 
 
+def make_striped_material() -> bpy.types.Material:
+    """Rubber in stripes by the attributes around and up: another colour where each is negative."""
+    shader = _Shader("Stripes")
+    around, up = (shader.below(shader.attribute(name), 0.0, softness=0.03) for name in ("around", "up"))
+    light, dark = shader.mix(around, CORAL, CREAM), shader.mix(around, INK, TEAL)
+    return shader.finish(shader.mix(up, light, dark), roughness=0.4, coat=0.15)
+
+
 def _add_ground() -> bpy.types.Object:
     mesh = bpy.data.meshes.new("Ground")
     half = GROUND_SIZE / 2

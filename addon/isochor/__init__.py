@@ -2,10 +2,34 @@
 """Isochor: a lattice modifier that keeps the volume."""
 
 from . import languages
-from .tool import handlers
-from .ui import adding, fitting, menus, mirroring, preferences, removing, sidebar
+from .tool import command_line, handlers
+from .ui import (
+    adding,
+    animate_panel,
+    applying,
+    bake_panel,
+    baking,
+    bend_empty,
+    binding,
+    binding_panel,
+    fitting,
+    measuring,
+    menus,
+    mirroring,
+    overlay,
+    preferences,
+    removing,
+    sidebar,
+    squash_ground,
+    squash_speed,
+    twist_bone,
+    volume_curve,
+)
 
-PARTS = (preferences, handlers, adding, removing, fitting, mirroring, menus, sidebar, languages)
+DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
+OPERATORS = (adding, fitting, binding, mirroring, *DRIVING, measuring, baking, applying, removing)
+PANELS = (sidebar, binding_panel, animate_panel, bake_panel, overlay, volume_curve)
+PARTS = (languages, preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
 
 
 def register() -> None:

@@ -16,9 +16,11 @@ LOG = BUILD / "blender-root.log"
 LAUNCHER = Path(__file__).with_name("blender_in_root.sh")
 KEYRING = Path("/usr/share/keyrings/debian-archive-keyring.gpg")
 SUITE = "sid"
-# Blender with what its own Python code imports and Debian only recommends, the test runner, and the picture tools.
+# Blender with what its own Python code imports and Debian only recommends, what a window needs, the test runner, and
+# the picture tools.
 PACKAGES = (
-    "blender python3-numpy python3-requests python3-zstandard python3-cattr libegl1 libgl1"
+    "blender python3-numpy python3-requests python3-zstandard python3-cattr"
+    " libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libglx-mesa0"
     " python3-pytest python3-hypothesis python3-scipy python3-pil python3-matplotlib"
 ).split()
 # An archive snapshot has release files past their date.

@@ -39,7 +39,7 @@ def wheel() -> Path:
 
 
 def _build(python: Path) -> None:
-    command: Command = [python.with_name("maturin"), "build", "--release", "--locked", "--out", PLACE]
+    command: Command = [python, "-m", "maturin", "build", "--release", "--locked", "--out", PLACE]
     env = environments.first_on_path(python)  # where maturin looks for the interpreter and for `-m ziglang`
     if platform.system() != "Linux":
         run(command, env)

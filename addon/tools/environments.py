@@ -15,6 +15,7 @@ from workspace import BUILD, Unavailable, alone, as_program, fail, fingerprint, 
 
 TESTING = ("pytest==9.0.2", "hypothesis==6.148.2", "scipy")
 PICTURES = ("pillow", "matplotlib")
+FARMS = ("openjd-cli==0.8.0", "opencue-pyoutline==1.37.0")
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,8 @@ ENVIRONMENTS = {
     "native": Environment(None, ("numpy", *TESTING)),
     # CuPy, which fits one version of CUDA, is added by hand: its baseline is measured where it is there.
     "gpu-bench": Environment(None, ("numpy", "scipy", "matplotlib")),
+    # A JavaScript engine for the Flamenco job type, the tools of OpenJD and OpenCue, and what compares frames.
+    "farm": Environment(None, (TESTING[0], "quickjs==1.19.4", *FARMS, "packaging", "numpy", "pillow")),
     # Draws the demo's pictures where the Blender found brings its own Python without them.
     "pictures": Environment(None, ("numpy", *PICTURES)),
     "3.13": Environment("3.13", ("bpy==5.2.3", *TESTING, *PICTURES), system="bpy"),
@@ -58,7 +61,7 @@ def python(name: str) -> Path:
 def _made(name: str) -> Path:
     environment = ENVIRONMENTS[name]
     place = folder(name)
-    interpreter = place / "bin" / "python"
+    interpreter = place / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     stamp = place / "contents.stamp"
     digest = fingerprint([], *environment.packages)
     if is_fresh(stamp, digest) and interpreter.exists():

@@ -99,6 +99,13 @@ def blender_tests(blender: blenders.Blender, env: dict[str, str]) -> Report:
     return _noted(report, blender.name) if not report.note else report
 
 
+def farm_tests() -> Report:
+    """The farm's job templates: compiled and checked by their own tools, and their tasks run in a real Blender."""
+    python, blender = environments.python("farm"), blenders.in_root()
+    options = ["--blender", str(blender.program), "--extension", str(build_extension.extension())]
+    return _pytest([str(python), "-m", "pytest", str(TESTS / "farm"), *options], "farm", blender.isolation("farm"))
+
+
 def all_legs() -> list[Leg]:
     """Every leg in the order in which they are run: quick checks first."""
     legs = [
@@ -117,6 +124,7 @@ def all_legs() -> list[Leg]:
         title = f"The installed extension in the bpy wheel for Python {version}"
         legs.append(Leg(f"bpy-{version}", title, partial(_bpy_wheel, version)))
     legs.append(Leg("blender", "The installed extension in a real Blender", _real_blender))
+    legs.append(Leg("farm", "The farm's job templates, run in a real Blender without a server", farm_tests))
     return legs
 
 

@@ -17,6 +17,8 @@ GROUPS: dict[str, list[str]] = {
     # A software rasteriser, lavapipe, and the loader that finds it.
     "vulkan": ["mesa-vulkan-drivers", "libvulkan1"],
     "blender-root": ["debootstrap", "debian-archive-keyring", "util-linux", "mount"],
+    # A display for a window that nobody sees.
+    "window": ["xvfb"],
     "compiler": ["gcc", "libc6-dev"],
 }
 

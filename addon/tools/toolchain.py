@@ -2,6 +2,7 @@
 """Finds the Rust toolchain, says what to do where there is none, and installs a missing C linker."""
 
 import os
+import platform
 import re
 import shutil
 import tomllib
@@ -24,7 +25,7 @@ def cargo() -> str:
     version = re.search(r"\d+\.\d+", output([found, "--version"]) or "")
     if version is None or _numbers(version[0]) < _numbers(needed):
         raise Unavailable(f"Rust {needed} or newer is needed, {found} is {version and version[0]}: {ADVICE}")
-    if shutil.which("cc") is None:
+    if platform.system() == "Linux" and shutil.which("cc") is None:
         system_packages.install(system_packages.GROUPS["compiler"])
     return found
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where things are in the clone, and how the tools run a command and speak to the person who called them."""
 
-import fcntl
 import hashlib
 import os
 import shlex
@@ -10,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / ".build"
@@ -49,8 +49,20 @@ def alone(purpose: str) -> Iterator[None]:
     """Lets one process at a time of this clone build what the purpose names; the others wait."""
     BUILD.mkdir(exist_ok=True)
     with (BUILD / f"{purpose}.lock").open("w") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
+        _lock(file)
         yield
+
+
+def _lock(file: IO[str]) -> None:
+    """Waits until this process alone holds the file, until it closes it."""
+    if sys.platform == "win32":
+        import msvcrt
+
+        msvcrt.locking(file.fileno(), msvcrt.LK_LOCK, 1)
+    else:
+        import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_EX)
 
 
 def in_ci() -> bool:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 ISOLATION = "BLENDER_USER_RESOURCES"
 MODULE = "bl_ext.user_default.isochor"
+ZIP = "ISOCHOR_BUILT_ZIP"
+"""Environment variable: the zip that is installed here, for tests that start another Blender."""
 
 
 def own_arguments() -> list[str]:
@@ -34,6 +36,7 @@ def install(zip_file: Path) -> None:
     bpy.ops.extensions.package_install_files(
         repo="user_default", filepath=str(zip_file.resolve()), enable_on_install=True
     )
+    os.environ[ZIP] = str(zip_file.resolve())
     if MODULE not in bpy.context.preferences.addons:
         raise SystemExit(f"Blender did not enable {zip_file.name}: its messages above say why")
 

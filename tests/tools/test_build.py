@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the build writes: the manifest of the zip, the difference of the stubs, the digests that spare a rebuild."""
 
+import re
 import tomllib
 
 import build_extension
@@ -58,3 +59,11 @@ def test_the_fingerprint_follows_names_contents_and_words(tmp_path, monkeypatch)
     seen.append(workspace.fingerprint([tmp_path]))
     assert len(set(seen)) == 4
     assert workspace.fingerprint([tmp_path]) == seen[-1]
+
+
+def test_the_release_builds_every_platform_that_the_build_can_name():
+    workflow = (workspace.ROOT / ".github/workflows/release.yml").read_text(encoding="utf-8")
+    named = set(re.findall(r"platform: (\S+),", workflow))
+    assert named == {"linux-x64", "linux-arm64", "windows-x64", "macos-x64", "macos-arm64"}
+    systems, machines = build_extension.SYSTEMS.values(), build_extension.MACHINES.values()
+    assert named <= {f"{system}-{machine}" for system in systems for machine in machines}

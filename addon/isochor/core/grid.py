@@ -6,6 +6,7 @@ made it so, a larger box; its points are stored u fastest. Matrices are 4x4 floa
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +55,7 @@ def unit_columns(matrix: Array) -> Array:
 
 
 def steadied(transform: Array, before: Array | None, object_matrix: Array, lattice_matrix: Array) -> Array:
-    """The transform of the frame before, where the two differ by no more than Blender's float32 matrices are rounded.
+    """The transform ``before``, of another frame, where the two differ by no more than Blender's matrices are rounded.
 
     Object and lattice that move together differ so in every frame; taking that for motion would embed anew each time.
     """
@@ -76,9 +77,9 @@ def layers_outside(points: int, degree: int) -> float:
     return 0.0 if points == 1 else (degree - 1) / 2
 
 
-def build_lattice(grid: Grid) -> isochor.Lattice:
-    """The Isochor lattice whose rest control points are the grid's points, in object space."""
-    transform = grid.to_object
+def domain_box(grid: Grid) -> tuple[Array, Array]:
+    """First and last corner, in lattice space, of what the basis reaches: the grid, less the layers that stand outside
+    a B-spline's domain; one unit thick where the grid is flat."""
     low, high = np.array(grid.low), np.array(grid.high)
     flat = np.array(grid.shape) == 1
     low, high = np.where(flat, low - 0.5, low), np.where(flat, high + 0.5, high)
@@ -86,6 +87,13 @@ def build_lattice(grid: Grid) -> isochor.Lattice:
         for axis, (points, degree) in enumerate(zip(grid.shape, degrees(grid.shape), strict=True)):
             inset = layers_outside(points, degree) * (high[axis] - low[axis]) / max(points - 1, 1)
             low[axis], high[axis] = low[axis] + inset, high[axis] - inset
+    return low, high
+
+
+def build_lattice(grid: Grid) -> isochor.Lattice:
+    """The Isochor lattice whose rest control points are the grid's points, in object space."""
+    transform = grid.to_object
+    low, high = domain_box(grid)
     origin = transform[:3, :3] @ low + transform[:3, 3]
     edges = (transform[:3, :3] * (high - low)).T
     if grid.basis == "B-Spline":
@@ -100,7 +108,7 @@ def build_lattice(grid: Grid) -> isochor.Lattice:
     return isochor.Lattice(shape=grid.shape, basis="bernstein", origin=origin, edges=edges)
 
 
-def control_points(grid: Grid, points: NDArray[np.float32]) -> Array:
+def control_points(grid: Grid, points: NDArray[Any]) -> Array:
     """Blender's lattice points (flat xyz in lattice space, u fastest) as (nu, nv, nw, 3) float64 in object space."""
     u, v, w = grid.shape
     cells = points.reshape(w, v, u, 3).transpose(2, 1, 0, 3).astype(np.float64)

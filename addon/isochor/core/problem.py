@@ -21,8 +21,8 @@ FLAT = (
     " or set Preserve to 0 to deform it all the same."
 )
 EDITED = (
-    "The mesh was edited since the lattice was added: Rest is its old volume. Set Reference to Incoming, or fit"
-    " the lattice again."
+    "The mesh was edited since the lattice was added or bound: Rest is its old volume. Fit the lattice again, bind"
+    " again with Set Rest, or set Reference to Incoming."
 )
 INSIDE_OUT = "The mesh is inside out: its volume counts as negative, and is kept all the same."
 NO_POINTS = "There are no vertices to fit a lattice to: select a mesh that has some"
@@ -44,6 +44,30 @@ def flat_lattice(name: str) -> str:
         "The lattice “{name}” has a scale of zero on at least one axis: give it a size on every axis.",
         name=name,
     )
+
+
+def flat_shape(name: str) -> str:
+    """The lattice's points lie in one plane, or in less."""
+    return Sentence(
+        "The lattice “{name}” is pressed flat, so nothing is inside it: give its points some depth first.", name=name
+    )
+
+
+def bound_otherwise(bound: tuple[int, int, int], name: str, now: tuple[int, int, int]) -> str:
+    """The lattice has another resolution than when the rest was set."""
+    then, today = ("×".join(map(str, shape)) for shape in (bound, now))
+    return Sentence(
+        "Bound with {then} points, and the lattice “{name}” now has {today}: bind again with Set Rest, or unbind with"
+        " Clear Rest, in the sidebar tab Isochor.",
+        then=then,
+        name=name,
+        today=today,
+    )
+
+
+def hidden(name: str) -> str:
+    """Blender does not evaluate the object, as where it or its collection is hidden or excluded."""
+    return Sentence("“{name}” is hidden or excluded here, so its place is not known: show it first.", name=name)
 
 
 def flat_object(name: str) -> str:
@@ -98,6 +122,11 @@ def no_vertex_group(name: str) -> str:
         "There is no vertex group “{name}”: correct the name in the modifier's Vertex Group input, or clear it.",
         name=name,
     )
+
+
+def not_finite(names: list[str]) -> str:
+    """Inputs of the panel Animate that hold infinity or no number at all."""
+    return f"{', '.join(names)}: no finite number. Correct the driver or the keys, or type a value."
 
 
 def linked(name: str) -> str:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import isochor
 
+from .bound import Embedding
 from .grid import Grid
 from .volume import measures
 
@@ -27,11 +28,13 @@ class Volumes(NamedTuple):
 
 @dataclass
 class Report:
-    """Lengths in units of the object's own space, time in milliseconds."""
+    """Lengths in units of the object's own space, time in milliseconds. ``grid`` is the lattice as it stands, and also
+    what vertices are embedded in unless ``bound``, the lattice when its rest was set, is there."""
 
     problems: tuple[str, ...] = ()
     binding: isochor.Binding | None = field(default=None, repr=False)
     grid: Grid | None = field(default=None, repr=False)
+    bound: Embedding | None = field(default=None, repr=False)
     asked: NDArray[np.float64] | None = field(default=None, repr=False)
     result: isochor.Preserved | None = field(default=None, repr=False)
     milliseconds: float = 0.0
@@ -74,7 +77,7 @@ class Report:
 
     @cached_property
     def vertices_outside(self) -> int | None:
-        """How many vertices stand outside the lattice's domain."""
+        """How many vertices stand outside the lattice's domain, or of a bound one outside its shape."""
         return self._embedded(self.binding).outside_count if self.binding is not None else None
 
     @cached_property

@@ -8,9 +8,31 @@ SPACES = ("Global", "Object", "Lattice")
 METHODS = ("Balanced", "Sweep")
 BASES = ("Bernstein", "B-Spline")
 OUTSIDES = ("Keep", "Extend")
+AXES = ("X", "Y", "Z")
+PIVOTS = ("Bottom", "Centre", "Top")
+NEUTRAL = (1.0, 0.0, 0.0, 0.0)
+"""Squash, taper, twist and bend that move nothing."""
 
 BSPLINE_DEGREE = 3
 """The volume paper's uniform cubic; a side with fewer than four points takes the highest degree it can hold."""
+
+
+@dataclass(frozen=True)
+class Shaping:
+    """Values of the inputs of the panel Animate; angles in radians, the two menus by the names listed above."""
+
+    axis: str = "Z"
+    squash: float = 1.0
+    taper: float = 0.0
+    twist: float = 0.0
+    bend: float = 0.0
+    bend_direction: float = 0.0
+    pivot: str = "Bottom"
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether nothing moves, so that the other inputs do not matter."""
+        return (self.squash, self.taper, self.twist, self.bend) == NEUTRAL
 
 
 @dataclass(frozen=True)
@@ -28,3 +50,4 @@ class Settings:
     method: str = METHODS[0]
     basis: str = BASES[0]
     outside: str = OUTSIDES[0]
+    shaping: Shaping = Shaping()

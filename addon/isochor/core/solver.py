@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 import isochor
 
 from . import problem
+from .bound import Embedding
 from .frames import Frames
 from .grid import Grid, build_lattice
 from .report import Report
@@ -32,8 +33,10 @@ class Request:
     ``positions`` (V, 3) float32; ``influence`` (V,) float32 in [0, 1] or None for 1 everywhere; ``triangles``
     (F, 3) int32, the very same array as in the frame before where the faces have not changed, or None with the reason
     in ``no_triangles``; ``control`` (nu, nv, nw, 3) float64; ``frame`` (3, 3) rows or None; ``rest_volume`` is the
-    volume that entered when the modifier was added, or None where that is not known. ``device`` is what should
-    compute: "auto", "gpu", "cpu" or the name of an adapter; ``double`` whether in float64 up to the last rounding.
+    volume that entered when the modifier was added or bound, or None where that is not known. ``device`` is what
+    should compute: "auto", "gpu", "cpu" or the name of an adapter; ``double`` whether in float64 up to the last
+    rounding. ``bound``: the lattice when its rest was set, from which ``control`` then moves the vertices; None where
+    ``grid``, the lattice as it stands, embeds them.
     """
 
     positions: Vertices = field(repr=False)
@@ -47,6 +50,17 @@ class Request:
     settings: Settings
     device: str = "auto"
     double: bool = False
+    bound: Embedding | None = None
+
+    @property
+    def embedding_grid(self) -> Grid:
+        """The undeformed lattice that the vertices are embedded in."""
+        return self.grid if self.bound is None else self.bound.grid
+
+    @property
+    def rest_control(self) -> NDArray[np.float64] | None:
+        """Control points that move nothing; None for those of the undeformed lattice."""
+        return None if self.bound is None else self.bound.control
 
     def same_as(self, other: "Request | None") -> bool:
         """Whether the two ask for the same thing, so that the answer is known."""
@@ -56,10 +70,17 @@ class Request:
             and (self.no_triangles, self.rest_volume, self.settings, self.device, self.double)
             == (other.no_triangles, other.rest_volume, other.settings, other.device, other.double)
             and self.grid.same_as(other.grid)
+            and self.embeds_as(other)
             and np.array_equal(self.control, other.control)
             and same_array(self.frame, other.frame)
             and same_array(self.influence, other.influence)
             and same_array(self.positions, other.positions)
+        )
+
+    def embeds_as(self, other: "Request") -> bool:
+        """Whether the two embed a vertex alike."""
+        return (self.bound is not None and self.bound is other.bound) or (
+            self.embedding_grid.same_as(other.embedding_grid) and same_array(self.rest_control, other.rest_control)
         )
 
 
@@ -96,6 +117,11 @@ class Solver:
         """(V, 3) positions that the frame before was computed from."""
         return None if self._answered is None else self._answered.positions
 
+    @property
+    def request(self) -> Request | None:
+        """What the present embedding was made for; None where lattice and mesh allow none."""
+        return self._bound
+
     def solve(self, request: Request) -> Outcome:
         """The outcome of ``request``; the very same object as before where nothing has changed. Never raises
         ``isochor.Error``: it becomes a problem in the report, and the frame the uncorrected deformation."""
@@ -123,6 +149,17 @@ class Solver:
         """Signed volume of the mesh that entered last, or None where it encloses none."""
         return None if self._answered is None else self.incoming_volume(self._answered)
 
+    def bound_target(self) -> float | None:
+        """Signed volume that the mesh that entered last should have, or None where it encloses none."""
+        binding, bound = self._binding, self._bound
+        if binding is None or bound is None or bound.triangles is None:
+            return None
+        try:
+            own, wanted = binding.reference_volume, wanted_volume(binding, bound)
+        except isochor.Error:
+            return None
+        return own if wanted is None else wanted
+
     def _fresh(self, request: Request) -> Outcome:
         try:
             binding = self._bind(request)
@@ -130,7 +167,9 @@ class Solver:
             self._forget()
             return Outcome(None, Report(problems=(problem.sentence(error),)))
         problems = (self._no_device,) if self._no_device else ()
-        report = Report(binding=binding, grid=request.grid, asked=request.control, problems=problems)
+        report = Report(
+            binding=binding, grid=request.grid, bound=request.bound, asked=request.control, problems=problems
+        )
         report.embed = partial(self._bind, request)
         if request.settings.preserve <= 0.0:
             return Outcome(single(binding.deform(request.control)), report)
@@ -164,7 +203,7 @@ class Solver:
         before = self._bound
         if self._binding is None or before is None or not self._same_mesh(request, before):
             self._frames.forget(self)
-            self._lattice = build_lattice(request.grid)
+            self._lattice = build_lattice(request.embedding_grid)
             self._binding = self._bind_anew(self._lattice, request)
         else:
             self._update(self._binding, request, before)
@@ -181,6 +220,7 @@ class Solver:
                 device=device,
                 outside=OUTSIDES[request.settings.outside],
                 influence=request.influence,
+                rest=request.rest_control,
             )
 
         self._no_device = ""
@@ -197,21 +237,23 @@ class Solver:
             and request.settings.outside == before.settings.outside
             and (request.device, request.double) == (before.device, before.double)
             and (request.influence is None) == (before.influence is None)
+            and (request.bound is None) == (before.bound is None)
         )
 
     def _update(self, binding: isochor.Binding, request: Request, before: Request) -> None:
         """Hands the binding what differs from the frame before."""
-        same_lattice = request.grid.same_as(before.grid)
+        same_lattice = request.embeds_as(before)
         same_positions = same_array(request.positions, before.positions)
         same_influence = same_array(request.influence, before.influence)
         if same_lattice and same_positions and same_influence:
             return
         if not same_lattice:
-            self._lattice = build_lattice(request.grid)
+            self._lattice = build_lattice(request.embedding_grid)
         binding.update(
             vertices=None if same_positions else entering(request),
             lattice=None if same_lattice else self._lattice,
             influence=None if same_influence else request.influence,
+            rest=None if same_lattice else request.rest_control,
         )
 
     def _forget(self) -> None:

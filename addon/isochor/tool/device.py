@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the user's preferences choose: device, precision, memory."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import bpy
 
 AUTO, GPU, CPU, NAMED = "AUTO", "GPU", "CPU", "NAMED"
@@ -13,9 +16,26 @@ MEGABYTE = 1 << 20
 
 WORDS = {AUTO: "auto", GPU: "gpu", CPU: "cpu"}
 
+_steady: list[bool] = []
+
+
+@contextmanager
+def steady() -> Iterator[None]:
+    """Has "auto" mean the CPU, so that every process computes the same to the last bit."""
+    _steady.append(True)
+    try:
+        yield
+    finally:
+        _steady.pop()
+
 
 def chosen() -> str:
     """What the native library takes as a device: "auto", "gpu", "cpu" or the name of an adapter."""
+    wanted = _preferred()
+    return WORDS[CPU] if _steady and wanted == WORDS[AUTO] else wanted
+
+
+def _preferred() -> str:
     preferences = of_user()
     if preferences is None:
         return WORDS[AUTO]

@@ -24,6 +24,11 @@ def clear() -> None:
     _frames.clear()
 
 
+def forget(solver: Solver) -> None:
+    """Lets go of the frames of one solver."""
+    _frames.forget(solver)
+
+
 def resize() -> None:
     """Keeps to the limit that the preferences now set."""
     _frames.resize(device.memory_limit())

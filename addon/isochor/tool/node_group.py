@@ -8,12 +8,12 @@ undeformed mesh, never rubbish.
 
 import bpy
 
-from . import sockets
+from . import group_inputs, sockets
 
 NAME = "Volume Lattice"
 VERSION_KEY = "isochor_version"
-VERSION = 1
-"""Of the nodes that ``_Builder`` lays; a file with an older number gets them anew on loading."""
+VERSION = 2
+"""Of the inputs and of the nodes that ``_Builder`` lays; a file with an older number gets them anew on loading."""
 
 INCOMING = ".isochor_incoming_"
 """Point, vector: positions that entered. A leading dot hides an attribute in Blender's lists; the slot follows."""
@@ -22,8 +22,10 @@ ORDER = ".isochor_order_"
 MASK = ".isochor_mask_"
 """Point, float: weight of the vertex group, inverted where asked; stored only where a group is named."""
 
+SHAPING = (sockets.SQUASH, sockets.TAPER, sockets.TWIST, sockets.BEND, sockets.BEND_DIRECTION)
+"""The numbers of the panel Animate."""
+
 Socket = bpy.types.NodeSocket
-Panel = bpy.types.NodeTreeInterfacePanel
 
 
 def is_ours(group: bpy.types.NodeTree | None) -> bool:
@@ -40,10 +42,11 @@ def ensure() -> bpy.types.NodeTree:
     """The file's own Volume Lattice group, made where there is none."""
     for group in all_groups():
         if group.library is None:
+            _renew_old(group)
             return group
     group = bpy.data.node_groups.new(NAME, "GeometryNodeTree")
     group.is_modifier = True
-    _add_interface(group)
+    group_inputs.complete(group)
     _lay_nodes(group)
     return group
 
@@ -54,74 +57,25 @@ def can_transfer() -> bool:
 
 
 def rebuild_foreign() -> None:
-    """Lays the nodes anew in groups saved by an older version of the add-on, or by a Blender that has nodes unknown to
-    this one. Their inputs stay, and with them what every modifier holds."""
+    """Renews the groups saved by an older version of the add-on, or by a Blender that has nodes unknown to this one.
+    Their inputs stay, and with them what every modifier holds; inputs that are new since then come with defaults."""
     for group in all_groups():
-        unknown = any(node.bl_idname == "NodeUndefined" for node in group.nodes)
-        if group.library is None and (unknown or group[VERSION_KEY] < VERSION):
-            group.nodes.clear()
-            _lay_nodes(group)
+        if group.library is None:
+            _renew_old(group)
+
+
+def _renew_old(group: bpy.types.NodeTree) -> None:
+    unknown = any(node.bl_idname == "NodeUndefined" for node in group.nodes)
+    if unknown or group[VERSION_KEY] < VERSION:
+        new = group_inputs.complete(group)
+        group.nodes.clear()
+        _lay_nodes(group)
+        group_inputs.set_defaults(group, new)
 
 
 def _lay_nodes(group: bpy.types.NodeTree) -> None:
     _Builder(group).build()
     group[VERSION_KEY] = VERSION
-
-
-def _add_interface(group: bpy.types.NodeTree) -> None:
-    new = group.interface.new_socket
-    new("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
-    new("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
-    _input(group, sockets.LATTICE, "Object", "The Lattice object whose points shape the mesh")
-    _factor(group, "Strength", "How much of the deformation each vertex takes")
-    _input(group, "Vertex Group", "String", "Vertex group that scales the deformation vertex by vertex")
-    _input(group, "Invert", "Bool", "Use one minus the vertex group's weights")
-    _add_volume_inputs(group, group.interface.new_panel("Volume"))
-    _add_interpolation_inputs(group, group.interface.new_panel("Interpolation", default_closed=True))
-    for name, kind in (
-        (sockets.VIEWPORT_RESULT, "Object"),
-        (sockets.RENDER_RESULT, "Object"),
-        (sockets.SLOT, "String"),
-    ):
-        _input(group, name, kind, "Kept by the add-on").hide_in_modifier = True
-
-
-def _add_volume_inputs(group: bpy.types.NodeTree, panel: Panel) -> None:
-    _factor(group, "Preserve", "How much of the lost or gained volume is restored", panel)
-    _menu(group, "Reference", "The volume to keep: the one when the modifier was added, or this frame's", panel)
-    target = _input(group, "Target", "Float", "Factor on the volume to keep", panel)
-    target.default_value, target.min_value = 1.0, 0.0
-    axes = _input(group, "Axes", "Vector", "Shares of X, Y and Z in the correction; 0 leaves an axis alone", panel)
-    axes.default_value, axes.min_value = (1.0, 1.0, 1.0), 0.0
-    _menu(group, "Space", "What X, Y and Z mean in Axes: the world, the object or the lattice", panel)
-    _menu(group, "Method", "Balanced keeps round shapes round; Sweep is the published method", panel)
-
-
-def _add_interpolation_inputs(group: bpy.types.NodeTree, panel: Panel) -> None:
-    _menu(group, "Basis", "Bernstein: every point reaches everywhere; B-Spline: each reaches its neighbourhood", panel)
-    _menu(group, "Outside", "Vertices outside the lattice: keep them, or extend the deformation to them", panel)
-
-
-def _input(
-    group: bpy.types.NodeTree, name: str, kind: str, description: str, panel: Panel | None = None
-) -> bpy.types.NodeTreeInterfaceSocket:
-    socket = group.interface.new_socket(
-        name, description=description, in_out="INPUT", socket_type=f"NodeSocket{kind}", parent=panel
-    )
-    if kind in ("Float", "Bool", "Vector"):
-        # One value for the whole mesh: no button to take it from an attribute.
-        socket.force_non_field = True
-    return socket
-
-
-def _factor(group: bpy.types.NodeTree, name: str, description: str, panel: Panel | None = None) -> None:
-    socket = _input(group, name, "Float", description, panel)
-    socket.subtype = "FACTOR"
-    socket.default_value, socket.min_value, socket.max_value = 1.0, 0.0, 1.0
-
-
-def _menu(group: bpy.types.NodeTree, name: str, description: str, panel: Panel) -> None:
-    _input(group, name, "Menu", description, panel)
 
 
 class _Builder:
@@ -138,8 +92,7 @@ class _Builder:
         moved = self._take_positions(mesh, result)
         output = self._node("NodeGroupOutput")
         self._link(self._switch("GEOMETRY", self._both(fits, self._every_input_used()), moved, mesh), output.inputs[0])
-        for name, names in sockets.MENUS.items():
-            _socket(self._group, name).default_value = names[0]
+        group_inputs.set_menus(self._group)
 
     def _store_incoming(self, mesh: Socket) -> Socket:
         position = self._node("GeometryNodeInputPosition").outputs[0]
@@ -194,7 +147,7 @@ class _Builder:
     def _every_input_used(self) -> Socket:
         """True always, through every input that only the add-on reads: Blender greys out what reaches no output."""
         total: Socket | float = 0.0
-        for name in ("Strength", "Preserve", "Target"):
+        for name in ("Strength", "Preserve", "Target", *SHAPING):
             total = self._floats("ADD", total, self._inputs.outputs[name])
         for name in sockets.MENUS:
             total = self._floats("ADD", total, self._menu_number(name))
@@ -265,11 +218,3 @@ class _Builder:
 
     def _link(self, source: Socket, target: Socket) -> None:
         self._group.links.new(source, target)
-
-
-def _socket(group: bpy.types.NodeTree, name: str) -> bpy.types.NodeTreeInterfaceSocket:
-    return next(
-        item
-        for item in group.interface.items_tree
-        if item.item_type == "SOCKET" and item.in_out == "INPUT" and item.name == name
-    )

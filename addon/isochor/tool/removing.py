@@ -4,16 +4,17 @@
 import bpy
 
 from ..core import problem
-from . import adding, node_group, results, sockets, stack
+from . import adding, animation_paths, node_group, results, sockets, stack
 
 
 def remove(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
-    """Removes the modifier, its result meshes, the lattice that isochor.add made for it if nothing else uses it, and
-    the node group with its last user."""
+    """Removes the modifier with its keys and drivers, its result meshes, the lattice that isochor.add made for it if
+    nothing else uses it, and the node group with its last user."""
     lattice = sockets.read(modifier, sockets.LATTICE)
     results.remove(modifier)
+    animation_paths.remove(obj, [animation_paths.of_modifier(modifier)])
     obj.modifiers.remove(modifier)
-    if lattice is not None and adding.MADE_BY_ADD in lattice and lattice.library is None and not _is_used(lattice):
+    if lattice is not None and adding.MADE_BY_ADD in lattice and lattice.library is None and not is_used(lattice):
         data = lattice.data
         bpy.data.objects.remove(lattice)
         if data is not None and data.users == 0:
@@ -33,7 +34,7 @@ def refusal(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> str:
     return ""
 
 
-def _is_used(lattice: bpy.types.Object) -> bool:
+def is_used(lattice: bpy.types.Object) -> bool:
     """Whether anything but the collections that show it refers to the object."""
     users = bpy.data.user_map(subset=[lattice])[lattice]
     return any(not isinstance(user, (bpy.types.Collection, bpy.types.Scene)) and user != lattice for user in users)

@@ -9,10 +9,10 @@ import bpy
 
 from ..core.solver import Vertices
 from ..core.volume import enclosed, has_changed
-from . import evaluated, node_group, sockets, stack
+from . import bound, evaluated, node_group, sockets, stack
 
 REST_VOLUME = "isochor_rest_volume"
-"""Custom property of a result object: volume that entered when the modifier was added, in the object's space."""
+"""Custom property of a result object: volume that entered when the modifier was added or bound, in object space."""
 REST_COUNT = "isochor_rest_count"
 """Custom property of a result object: number of vertices of the object's own mesh at that time."""
 REST_OWN_VOLUME = "isochor_rest_own_volume"
@@ -94,6 +94,7 @@ def _ensure_result(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mod
         result = _new(f".{node_group.NAME} {obj.name} {mode.lower()}", result)
         if result.get(REST_COUNT) != len(obj.data.vertices):
             forget_rest(result)
+        bound.forget_of_other(result, len(obj.data.vertices))
         sockets.write(modifier, INPUT_OF_MODE[mode], result)
     return result.session_uid
 

@@ -5,6 +5,7 @@
 menus as names.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import bpy
@@ -17,25 +18,34 @@ MENUS = {
     "Method": settings.METHODS,
     "Basis": settings.BASES,
     "Outside": settings.OUTSIDES,
+    "Axis": settings.AXES,
+    "Pivot": settings.PIVOTS,
 }
+SQUASH, TAPER, TWIST, BEND, BEND_DIRECTION = "Squash", "Taper", "Twist", "Bend", "Bend Direction"
 VIEWPORT_RESULT, RENDER_RESULT, SLOT = "Viewport Result", "Render Result", "Slot"
 LATTICE = "Lattice"
 OBJECTS = (LATTICE, VIEWPORT_RESULT, RENDER_RESULT)
 
 
 _identifiers: dict[int, dict[str, str]] = {}
-"""What ``identifiers`` has found, by the group's session identifier, which Blender never gives twice."""
+"""What ``identifiers`` has found, by the session identifier of the original group: evaluated ones all have 0."""
 
 
 def identifiers(group: bpy.types.NodeTree) -> dict[str, str]:
     """Name to identifier of every input of the node group."""
-    if group.session_uid not in _identifiers:
-        _identifiers[group.session_uid] = {
+    uid = group.original.session_uid
+    if uid not in _identifiers:
+        _identifiers[uid] = {
             item.name: item.identifier
             for item in group.interface.items_tree
             if item.item_type == "SOCKET" and item.in_out == "INPUT"
         }
-    return _identifiers[group.session_uid]
+    return _identifiers[uid]
+
+
+def forget(group: bpy.types.NodeTree) -> None:
+    """The group's inputs have changed: they are looked up again."""
+    _identifiers.pop(group.original.session_uid, None)
 
 
 def data_path(modifier: bpy.types.NodesModifier, name: str) -> str:
@@ -44,13 +54,31 @@ def data_path(modifier: bpy.types.NodesModifier, name: str) -> str:
     return f"properties.inputs.{identifier}.value" if _as_properties(modifier) else f'["{identifier}"]'
 
 
-def read(modifier: bpy.types.NodesModifier, name: str) -> Any:
-    """Value of an input; of an evaluated modifier, with drivers and keys applied. Menus give the item's name."""
+def property_of(modifier: bpy.types.NodesModifier, name: str) -> tuple[Any, str]:
+    """What holds an input and the name of the property in it, for a layout to show."""
     identifier = identifiers(modifier.node_group)[name]
     if _as_properties(modifier):
-        return getattr(modifier.properties.inputs, identifier).value
-    value = modifier[identifier]
-    return MENUS[name][value] if name in MENUS else value
+        return getattr(modifier.properties.inputs, identifier), "value"
+    return modifier, f'["{identifier}"]'
+
+
+def read(modifier: bpy.types.NodesModifier, name: str) -> Any:
+    """Value of an input; of an evaluated modifier, with drivers and keys applied. Menus give the item's name."""
+    return reader(modifier)(name)
+
+
+def reader(modifier: bpy.types.NodesModifier) -> Callable[[str], Any]:
+    """What reads several inputs of one modifier, each by its name, quicker than ``read`` one by one."""
+    known = identifiers(modifier.node_group)
+    if _as_properties(modifier):
+        inputs = modifier.properties.inputs
+        return lambda name: getattr(inputs, known[name]).value
+
+    def value(name: str) -> Any:
+        found = modifier[known[name]]
+        return MENUS[name][found] if name in MENUS else found
+
+    return value
 
 
 def write(modifier: bpy.types.NodesModifier, name: str, value: Any) -> None:
@@ -67,11 +95,9 @@ def write(modifier: bpy.types.NodesModifier, name: str, value: Any) -> None:
 
 
 def read_settings(modifier: bpy.types.NodesModifier) -> settings.Settings:
-    """Everything but the objects, from an evaluated modifier."""
-
-    def value(name: str) -> Any:
-        return read(modifier, name)
-
+    """Everything but the objects, from an evaluated modifier. A group linked from a file older than the panel Animate
+    has no inputs of it, which then shape nothing."""
+    value = reader(modifier)
     x, y, z = value("Axes")
     return settings.Settings(
         strength=value("Strength"),
@@ -85,7 +111,16 @@ def read_settings(modifier: bpy.types.NodesModifier) -> settings.Settings:
         method=value("Method"),
         basis=value("Basis"),
         outside=value("Outside"),
+        shaping=_read_shaping(value) if SQUASH in identifiers(modifier.node_group) else settings.Shaping(),
     )
+
+
+def _read_shaping(value: Callable[[str], Any]) -> settings.Shaping:
+    """The inputs of the panel Animate; by their defaults where they cannot matter, which saves reading them."""
+    squash, taper, twist, bend = value(SQUASH), value(TAPER), value(TWIST), value(BEND)
+    if (squash, taper, twist, bend) == settings.NEUTRAL:
+        return settings.Shaping()
+    return settings.Shaping(value("Axis"), squash, taper, twist, bend, value(BEND_DIRECTION), value("Pivot"))
 
 
 def _as_properties(modifier: bpy.types.NodesModifier) -> bool:

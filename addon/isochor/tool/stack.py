@@ -60,6 +60,14 @@ def preceding(modifiers: list[bpy.types.Modifier], modifier: bpy.types.Modifier)
     return [other for other in modifiers[:place] if not is_ours(other)]
 
 
+def move_behind(modifier: bpy.types.Modifier, other: bpy.types.Modifier) -> None:
+    """Moves a modifier in the stack, right behind another one."""
+    obj = modifier.id_data
+    names = [found.name for found in obj.modifiers]
+    here, there = names.index(modifier.name), names.index(other.name)
+    obj.modifiers.move(here, there + 1 if here > there else there)
+
+
 def differing_before(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> list[tuple[bpy.types.Modifier, str, str]]:
     """(modifier, viewport setting, render setting) wherever the two differ in a modifier before this one."""
     before = obj.modifiers[: list(obj.modifiers).index(modifier)]

@@ -26,10 +26,26 @@ def clear() -> None:
         _edits.clear()
 
 
+def forget(objects: list[bpy.types.Object]) -> None:
+    """Has these objects computed anew next time, as if no frame had come before."""
+    with _lock:
+        for key in _keys(objects):
+            frame_memory.forget(_memories.pop(key).solver)
+
+
 def change_memory(change: Callable[[], None]) -> None:
     """Calls one of ``frame_memory``'s functions while nothing computes."""
     with _lock:
         change()
+
+
+def anchor(objects: list[bpy.types.Object]) -> None:
+    """Has every frame of these objects follow, to the last bit, from itself and the frame that was computed just now,
+    which must have been the first since ``forget``; until the next ``forget``."""
+    with _lock:
+        for key in _keys(objects):
+            memory = _memories[key]
+            memory.anchor, memory.anchored = memory.solver.bound_transform, True
 
 
 def recall(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mode: str = "VIEWPORT") -> Memory | None:
@@ -75,6 +91,11 @@ def updated_users(depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object]:
         if original.type == "MESH" and any(map(stack.is_ours, original.modifiers)):
             found.append(original)
     return found
+
+
+def _keys(objects: list[bpy.types.Object]) -> list[tuple[int, int, str]]:
+    uids = {obj.session_uid for obj in objects}
+    return [key for key in _memories if key[0] in uids]
 
 
 def _print_once(obj: bpy.types.Object, problems: tuple[str, ...]) -> None:

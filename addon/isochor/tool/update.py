@@ -8,11 +8,12 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import grid, problem
+from ..core import grid, problem, shaping
 from ..core.report import Report
 from ..core.settings import Settings
 from ..core.solver import Outcome, Request, Solver, Vertices
 from . import device, evaluated, frame_memory, node_group, results, sockets, stack
+from .bound import BoundCache
 
 Key = tuple[int, int, str]
 """Session identifier of the object, identifier of the modifier in it, depsgraph mode."""
@@ -26,11 +27,21 @@ class Memory:
     faces: evaluated.Faces = field(default_factory=evaluated.Faces)
     own_positions: Vertices | None = None
     own_stamp: tuple[int, int] | None = None
+    bound: BoundCache = field(default_factory=BoundCache)
     lattice_boxes: dict[int, evaluated.Box] = field(default_factory=dict)
+    metric: NDArray[np.float64] | None = None
     edited: bool = False
     edited_stamp: tuple[int, int, float] | None = None
     written: Outcome | None = None
+    anchored: bool = False
+    anchor: NDArray[np.float64] | None = None
     report: Report = field(default_factory=Report)
+
+    @property
+    def transform_before(self) -> NDArray[np.float64] | None:
+        """The lattice's transform that this frame's is taken for where the two hardly differ: that of the frame before,
+        or while frames must not depend on those before them that of one certain frame."""
+        return self.anchor if self.anchored else self.solver.bound_transform
 
 
 @dataclass(frozen=True)
@@ -104,6 +115,7 @@ def _update_modifier(
             raise problem.Problem(problem.linked(job.obj.name))
         entered = _entered(job, memory, modifiers, fresh)
         settings = sockets.read_settings(job.evaluated_modifier)
+        memory.bound.look_at(result)
         request, problems = _request(job, memory, modifiers, entered, settings)
         problems += _edited(job, memory, result, settings)
         outcome = memory.solver.solve(_with_rest_volume(job, memory, request, result))
@@ -166,10 +178,13 @@ def _request(
     lattice = _lattice(job)
     points = evaluated.lattice_points(lattice, memory.lattice_boxes.get(lattice.session_uid, evaluated.UNIT_BOX))
     memory.lattice_boxes[lattice.session_uid] = points.box
+    memory.bound.refuse_other(lattice.name, points.shape)
+    bound = memory.bound.embedding(settings.basis)
     object_matrix, lattice_matrix = evaluated.matrix(job.obj_evaluated), evaluated.matrix(lattice)
     names = (job.obj.name, lattice.name)
+    steady = memory.transform_before if bound is None else bound.grid.to_object
     transform = grid.relative_transform(object_matrix, lattice_matrix, names)
-    transform = grid.steadied(transform, memory.solver.bound_transform, object_matrix, lattice_matrix)
+    transform = grid.steadied(transform, steady, object_matrix, lattice_matrix)
     rest_grid = grid.Grid(points.shape, points.low, points.high, settings.basis, transform)
     influence, problems = _influence(job, settings, len(positions))
     triangles, no_triangles = _triangles(job, memory, modifiers, len(positions))
@@ -179,14 +194,29 @@ def _request(
         triangles=triangles,
         no_triangles=no_triangles,
         grid=rest_grid,
-        control=grid.control_points(rest_grid, points.deformed),
+        control=grid.control_points(rest_grid, _shaped(memory, rest_grid, points, lattice_matrix, settings)),
         frame=grid.correction_frame(settings.space, object_matrix, transform),
         rest_volume=None,
         settings=settings,
         device=device.chosen(),
         double=device.is_double(),
+        bound=bound,
     )
     return request, [*problems, *_between(modifiers, job.modifier)]
+
+
+def _shaped(
+    memory: Memory,
+    rest_grid: grid.Grid,
+    points: evaluated.LatticePoints,
+    lattice_matrix: NDArray[np.float64],
+    settings: Settings,
+) -> NDArray[Any]:
+    """The lattice's points, flat in lattice space, as the inputs of the panel Animate move them."""
+    if settings.shaping.is_neutral:
+        return points.deformed
+    memory.metric = shaping.metric(lattice_matrix, settings.shaping.axis, memory.metric)
+    return shaping.shaped(points.deformed, rest_grid, memory.metric, settings.shaping)
 
 
 def _lattice(job: Job) -> bpy.types.Object:

@@ -4,15 +4,33 @@
 import bpy
 
 from .adding import ISOCHOR_OT_add
+from .applying import ISOCHOR_OT_apply
+from .baking import ISOCHOR_OT_bake, ISOCHOR_OT_free_bake
+from .bend_empty import ISOCHOR_OT_bend_from_empty
+from .binding import ISOCHOR_OT_clear_rest, ISOCHOR_OT_set_rest
 from .fitting import ISOCHOR_OT_fit_lattice
+from .measuring import ISOCHOR_OT_measure_volume
 from .mirroring import ISOCHOR_OT_mirror_lattice
 from .removing import ISOCHOR_OT_remove
+from .squash_ground import ISOCHOR_OT_squash_from_ground
+from .squash_speed import ISOCHOR_OT_squash_from_speed
+from .twist_bone import ISOCHOR_OT_twist_from_bone
 
 ENTRIES = (
     (ISOCHOR_OT_add.bl_idname, "MOD_LATTICE"),
+    (ISOCHOR_OT_squash_from_ground.bl_idname, "MESH_PLANE"),
+    (ISOCHOR_OT_squash_from_speed.bl_idname, "FORCE_FORCE"),
+    (ISOCHOR_OT_twist_from_bone.bl_idname, "BONE_DATA"),
+    (ISOCHOR_OT_bend_from_empty.bl_idname, "EMPTY_AXIS"),
+    (ISOCHOR_OT_measure_volume.bl_idname, "FCURVE"),
+    (ISOCHOR_OT_bake.bl_idname, "FILE_CACHE"),
+    (ISOCHOR_OT_free_bake.bl_idname, "LOOP_BACK"),
+    (ISOCHOR_OT_apply.bl_idname, "CHECKMARK"),
     (ISOCHOR_OT_fit_lattice.bl_idname, "FULLSCREEN_EXIT"),
     (ISOCHOR_OT_mirror_lattice.bl_idname, "MOD_MIRROR"),
     (ISOCHOR_OT_remove.bl_idname, "X"),
+    (ISOCHOR_OT_set_rest.bl_idname, "LINKED"),
+    (ISOCHOR_OT_clear_rest.bl_idname, "UNLINKED"),
 )
 """Operator and icon of each line of Object, Volume Lattice."""
 
@@ -25,6 +43,14 @@ class VIEW3D_MT_isochor(bpy.types.Menu):
     def draw(self, _context: bpy.types.Context) -> None:
         for operator, icon in ENTRIES:
             self.layout.operator(operator, icon=icon)
+            if operator == ISOCHOR_OT_apply.bl_idname:
+                draw_as_shape_key(self.layout)
+
+
+def draw_as_shape_key(layout: bpy.types.UILayout) -> None:
+    """The other way to apply, as Blender's own menu lists the two."""
+    entry = layout.operator(ISOCHOR_OT_apply.bl_idname, text="Apply Volume Lattice as Shape Key", icon="SHAPEKEY_DATA")
+    entry.as_shape_key = True
 
 
 def draw_modifier_entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:

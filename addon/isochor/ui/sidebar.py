@@ -7,7 +7,7 @@ import bpy
 
 from ..core import problem
 from ..core.report import Report
-from ..tool import sockets, stack, state, words
+from ..tool import baked, sockets, stack, state, words
 from .adding import ISOCHOR_OT_add
 from .choosing import active_object, users_of
 from .fitting import ISOCHOR_OT_fit_lattice
@@ -76,7 +76,7 @@ def draw_modifier(
         draw_text(layout, text, "INFO", width)
     memory = state.recall(obj, modifier)
     if memory is None:
-        layout.label(text="Not computed yet")
+        layout.label(text="Baked: not computed" if baked.KEY in obj else "Not computed yet")
         return
     for text in memory.report.problems:
         draw_text(layout, text, "ERROR", width)

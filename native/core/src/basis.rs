@@ -259,6 +259,27 @@ impl Span {
         Some(functions)
     }
 
+    /// Values and derivatives of the `degree + 1` basis functions at `t`: those of degree `d` are `d` times the differences of
+    /// neighbouring terms in the recurrence's last step.
+    pub(crate) fn evaluate_with_slopes(&self, t: f64, weights: &mut [f64], slopes: &mut [f64]) {
+        weights[0] = 1.0;
+        slopes[0] = 0.0;
+        let mut steps = self.steps.iter();
+        for order in 1..=self.degree {
+            let (mut carried, mut before) = (0.0, 0.0);
+            let terms = weights[..order].iter_mut().zip(&mut slopes[..order]).zip(steps.by_ref());
+            for ((weight, slope), [left, right, inverse]) in terms {
+                let part = *weight * inverse;
+                *weight = carried + (right - t) * part;
+                *slope = order as f64 * (before - part);
+                carried = (t - left) * part;
+                before = part;
+            }
+            weights[order] = carried;
+            slopes[order] = order as f64 * before;
+        }
+    }
+
     /// Values of the `degree + 1` basis functions at `t`, by the Cox-de Boor recurrence: sums of non-negative products, so
     /// stable at every degree.
     pub fn evaluate(&self, t: f64, weights: &mut [f64]) {

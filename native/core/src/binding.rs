@@ -6,9 +6,10 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::embedding::{Embedding, Located};
+use crate::embedding::{Embedding, Located, Spot};
 use crate::engine::{Engine, State, numbers};
 use crate::error::{Error, Result};
+use crate::inversion::{Inversion, Preimage};
 use crate::lanes::{F32x8, F64x8, Lanes};
 use crate::lattice::Lattice;
 use crate::surface::{ClosedSurface, Measure};
@@ -29,6 +30,10 @@ pub struct Binding<T> {
     triangles: Vec<[u32; 3]>,
     influence: Option<Vec<f64>>,
     outside: Outside,
+    /// Control points that leave the vertices as they are; `None` for the lattice's own.
+    rest: Option<Vec<DVec3>>,
+    /// Where the vertices stand in the lattice shaped by `rest`.
+    preimages: Option<Vec<Preimage>>,
     surface: OnceLock<Result<ClosedSurface>>,
     embedding: Embedding,
     engine: Precision,
@@ -67,18 +72,43 @@ impl<T: Scalar> Binding<T> {
         influence: Option<Vec<f64>>,
         outside: Outside,
     ) -> Result<Self> {
+        Self::shaped(lattice, vertices, triangles, influence, outside, None)
+    }
+
+    /// The same with a lattice that is shaped already: control points `rest` (`k` fastest) leave every vertex where it is, to
+    /// the bit, and others move it by `influence * sum B (control - rest)`, at the parameters that [`Lattice::invert`] finds for it
+    /// there. So an affine motion of the shaped lattice moves what is inside by just that motion. Vertices that are nowhere inside
+    /// the shaped lattice count as outside: they stay, or move with the nearest parameters.
+    ///
+    /// # Errors
+    /// As [`Binding::new`]; [`Error::Lattice`] for a wrong number of control points, and for coordinates not finite or too large.
+    pub fn shaped(
+        lattice: Lattice,
+        vertices: Vec<[T; 3]>,
+        triangles: Vec<[u32; 3]>,
+        influence: Option<Vec<f64>>,
+        outside: Outside,
+        rest: Option<Vec<DVec3>>,
+    ) -> Result<Self> {
         check_vertices(&vertices)?;
         check_triangles(&triangles, vertices.len())?;
         if let Some(influence) = &influence {
             check_influence(influence, vertices.len())?;
         }
-        let (embedding, engine) = embed(&lattice, &vertices, influence.as_deref(), outside);
+        if let Some(rest) = &rest {
+            check_rest::<T>(&lattice, rest)?;
+        }
+        let preimages = rest.as_deref().map(|rest| invert(&lattice, &vertices, rest, outside));
+        let (embedding, engine) =
+            embed(&lattice, &vertices, preimages.as_deref(), influence.as_deref(), outside);
         Ok(Self {
             lattice,
             vertices,
             triangles,
             influence,
             outside,
+            rest,
+            preimages,
             surface: OnceLock::new(),
             embedding,
             engine,
@@ -87,16 +117,18 @@ impl<T: Scalar> Binding<T> {
         })
     }
 
-    /// Embeds anew what is given and keeps the rest: new positions for the same vertices, another lattice, another
-    /// influence. The surface's topology is not looked at again. On an error nothing changes.
+    /// Embeds anew what is given and keeps what is not: new positions for the same vertices, another lattice, another
+    /// influence, other control points at rest. The surface's topology is not looked at again. On an error nothing changes.
     ///
     /// # Errors
-    /// [`Error::Mesh`] for another number of vertices, non-finite ones, or a wrong influence.
+    /// [`Error::Mesh`] for another number of vertices, non-finite ones, or a wrong influence; [`Error::Lattice`] for control points
+    /// at rest that do not fit the lattice, also those kept.
     pub fn update(
         &mut self,
         vertices: Option<Vec<[T; 3]>>,
         lattice: Option<Lattice>,
         influence: Option<Vec<f64>>,
+        rest: Option<Vec<DVec3>>,
     ) -> Result<()> {
         if let Some(vertices) = &vertices {
             if vertices.len() != self.vertices.len() {
@@ -110,17 +142,29 @@ impl<T: Scalar> Binding<T> {
         }
         if let Some(influence) = &influence {
             check_influence(influence, self.vertices.len())?;
-            self.influence = Some(influence.clone());
         }
-        if let Some(lattice) = lattice {
-            self.lattice = lattice;
+        if let Some(rest) = rest.as_ref().or(self.rest.as_ref()) {
+            check_rest::<T>(lattice.as_ref().unwrap_or(&self.lattice), rest)?;
         }
+        let moved = vertices.is_some() || lattice.is_some() || rest.is_some();
         if let Some(vertices) = vertices {
             self.vertices = vertices;
             self.reference = OnceLock::new();
         }
-        (self.embedding, self.engine) =
-            embed(&self.lattice, &self.vertices, self.influence.as_deref(), self.outside);
+        self.lattice = lattice.unwrap_or_else(|| self.lattice.clone());
+        self.influence = influence.or_else(|| self.influence.take());
+        self.rest = rest.or_else(|| self.rest.take());
+        if moved {
+            self.preimages =
+                self.rest.as_deref().map(|rest| invert(&self.lattice, &self.vertices, rest, self.outside));
+        }
+        (self.embedding, self.engine) = embed(
+            &self.lattice,
+            &self.vertices,
+            self.preimages.as_deref(),
+            self.influence.as_deref(),
+            self.outside,
+        );
         self.walks = OnceLock::new();
         Ok(())
     }
@@ -128,6 +172,11 @@ impl<T: Scalar> Binding<T> {
     /// The lattice.
     pub fn lattice(&self) -> &Lattice {
         &self.lattice
+    }
+
+    /// Control points that leave the vertices as they are.
+    pub fn rest(&self) -> Vec<DVec3> {
+        self.rest.clone().unwrap_or_else(|| self.lattice.rest())
     }
 
     /// The vertices as bound.
@@ -140,7 +189,7 @@ impl<T: Scalar> Binding<T> {
         &self.triangles
     }
 
-    /// Number of vertices beyond the lattice's domain.
+    /// Number of vertices beyond the lattice's domain, or nowhere inside the lattice where it was bound in a shape.
     pub fn outside_count(&self) -> usize {
         self.embedding.outside
     }
@@ -227,15 +276,12 @@ impl<T: Scalar> Binding<T> {
     /// # Errors
     /// [`Error::Lattice`] for a wrong number of control points, and for coordinates not finite or too large.
     pub fn displacement(&self, control: &[DVec3]) -> Result<Vec<DVec3>> {
-        let displacement = self.lattice.displacement(control)?;
-        let largest = control.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
-        if largest > T::LARGEST {
-            return Err(Error::Lattice(format!(
-                "control: found a coordinate of {largest:e}, expected at most {:e} for vertices of this type",
-                T::LARGEST
-            )));
-        }
-        Ok(displacement)
+        self.lattice.check_control("control", control)?;
+        check_largest::<T>("control", control)?;
+        Ok(match &self.rest {
+            Some(rest) => control.iter().zip(rest).map(|(p, rest)| p - rest).collect(),
+            None => self.lattice.displacement(control)?,
+        })
     }
 
     /// The engine that deforms.
@@ -272,9 +318,9 @@ impl<T: Scalar> Binding<T> {
 
     /// Where a vertex stands in the lattice.
     pub(crate) fn located(&self, vertex: usize) -> Located {
-        let point = DVec3::from_array(self.vertices[vertex].map(T::to_f64));
         let influence = self.influence.as_ref().map_or(1.0, |all| all[vertex]);
-        Located::new::<T>(&self.lattice, point, influence, self.outside)
+        let spot = spot(&self.lattice, &self.vertices, self.preimages.as_deref(), vertex);
+        Located::new::<T>(&self.lattice, spot, influence, self.outside)
     }
 
     /// Control points that the correction may move: with vertices kept beyond a face, not the layers acting on that face, or
@@ -303,13 +349,56 @@ pub(crate) fn too_large(volume: f64) -> Error {
     ))
 }
 
+fn check_largest<T: Scalar>(name: &str, control: &[DVec3]) -> Result<()> {
+    let largest = control.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+    if largest > T::LARGEST {
+        return Err(Error::Lattice(format!(
+            "{name}: found a coordinate of {largest:e}, expected at most {:e} for vertices of this type",
+            T::LARGEST
+        )));
+    }
+    Ok(())
+}
+
+fn check_rest<T: Scalar>(lattice: &Lattice, rest: &[DVec3]) -> Result<()> {
+    lattice.check_control("rest", rest)?;
+    check_largest::<T>("rest", rest)
+}
+
+/// Where a lattice shaped by `rest` takes the vertices.
+fn invert<T: Scalar>(
+    lattice: &Lattice,
+    vertices: &[[T; 3]],
+    rest: &[DVec3],
+    outside: Outside,
+) -> Vec<Preimage> {
+    let inversion = Inversion::new(lattice, rest);
+    let nearest = outside == Outside::Extend;
+    let find = |p: &[T; 3]| inversion.find(DVec3::from_array(p.map(T::to_f64)), T::FACE_TOLERANCE, nearest);
+    vertices.par_iter().map(find).collect()
+}
+
+fn spot<T: Scalar>(
+    lattice: &Lattice,
+    vertices: &[[T; 3]],
+    preimages: Option<&[Preimage]>,
+    vertex: usize,
+) -> Spot {
+    match preimages {
+        Some(preimages) => Spot::Inverted(preimages[vertex]),
+        None => Spot::Projected(lattice.parameter(DVec3::from_array(vertices[vertex].map(T::to_f64)))),
+    }
+}
+
 fn embed<T: Scalar>(
     lattice: &Lattice,
     vertices: &[[T; 3]],
+    preimages: Option<&[Preimage]>,
     influence: Option<&[f64]>,
     outside: Outside,
 ) -> (Embedding, Precision) {
-    let (embedding, located) = Embedding::new(lattice, vertices, influence, outside);
+    let at = |vertex: usize| spot(lattice, vertices, preimages, vertex);
+    let (embedding, located) = Embedding::new::<T>(lattice, vertices.len(), at, influence, outside);
     let single = T::EPSILON > f64::EPSILON && embedding.extent >= SINGLE_EXTENT;
     let engine = if single {
         Precision::Single(Engine::new(&embedding, &located, vertices, lattice.shape()))

@@ -7,6 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::basis::Span;
+use crate::inversion::Preimage;
 use crate::lanes::LANES;
 use crate::lattice::Lattice;
 use crate::vertices::{Outside, Scalar};
@@ -28,7 +29,7 @@ pub(crate) struct Embedding {
     pub(crate) slot: Vec<u32>,
     /// Vertex in each slot, or `EMPTY`.
     pub(crate) vertex: Vec<u32>,
-    /// Number of vertices beyond the domain.
+    /// Number of vertices beyond the domain, or nowhere in a shaped lattice.
     pub(crate) outside: usize,
     /// Whether vertices lie beyond the lower and upper face of each axis.
     pub(crate) beyond: [[bool; 2]; 3],
@@ -64,6 +65,15 @@ impl Task {
     }
 }
 
+/// Where a vertex stands before its parameters are made to lie in the domain.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Spot {
+    /// Parameters by projection on the lattice's frame; they may lie beyond the domain.
+    Projected(DVec3),
+    /// Parameters through a shaped lattice.
+    Inverted(Preimage),
+}
+
 /// One vertex in the lattice.
 pub(crate) struct Located {
     cell: [u16; 3],
@@ -72,40 +82,53 @@ pub(crate) struct Located {
     /// How much of the deformation the vertex takes.
     pub(crate) influence: f64,
     beyond: [[bool; 2]; 3],
+    /// Whether it lies beyond the domain, or nowhere in a shaped lattice.
+    is_outside: bool,
 }
 
 impl Located {
-    pub(crate) fn new<T: Scalar>(lattice: &Lattice, point: DVec3, influence: f64, outside: Outside) -> Self {
-        let raw = lattice.parameter(point).to_array();
-        let (low, high) = (-T::FACE_TOLERANCE, 1.0 + T::FACE_TOLERANCE);
+    pub(crate) fn new<T: Scalar>(lattice: &Lattice, spot: Spot, influence: f64, outside: Outside) -> Self {
+        let (raw, low, high) = match spot {
+            Spot::Projected(raw) => (raw, -T::FACE_TOLERANCE, 1.0 + T::FACE_TOLERANCE),
+            Spot::Inverted(Preimage { parameter, inside: true }) => {
+                (parameter, f64::NEG_INFINITY, f64::INFINITY)
+            }
+            // Beyond the faces that the nearest parameters lie on.
+            Spot::Inverted(Preimage { parameter, inside: false }) => {
+                (parameter, 0.0f64.next_up(), 1.0f64.next_down())
+            }
+        };
         let beyond: [[bool; 2]; 3] = std::array::from_fn(|axis| {
             // An axis with one control point has no faces: nothing changes along it.
             let faces = lattice.axes()[axis].count() > 1;
             [faces && raw[axis] < low, faces && raw[axis] > high]
         });
-        let kept = outside == Outside::Keep && beyond.as_flattened().contains(&true);
-        let parameter = raw.map(|t| t.clamp(0.0, 1.0));
+        let lost = matches!(spot, Spot::Inverted(Preimage { inside: false, .. }));
+        let is_outside = lost || beyond.as_flattened().contains(&true);
+        let kept = outside == Outside::Keep && is_outside;
+        let parameter = raw.to_array().map(|t| t.clamp(0.0, 1.0));
         Self {
             cell: std::array::from_fn(|axis| lattice.axes()[axis].cell(parameter[axis]) as u16),
             parameter,
             influence: if kept { 0.0 } else { influence },
             beyond,
+            is_outside,
         }
     }
 }
 
 impl Embedding {
-    /// Embeds `vertices` (in the lattice's space; checked to be finite) with one influence each, or 1.
+    /// Embeds vertices at their spots with one influence each, or 1.
     pub(crate) fn new<T: Scalar>(
         lattice: &Lattice,
-        vertices: &[[T; 3]],
+        count: usize,
+        spot: impl Fn(usize) -> Spot + Sync,
         influence: Option<&[f64]>,
         outside: Outside,
     ) -> (Self, Vec<Located>) {
-        let point = |v: usize| DVec3::from_array(vertices[v].map(T::to_f64));
-        let located: Vec<Located> = (0..vertices.len())
+        let located: Vec<Located> = (0..count)
             .into_par_iter()
-            .map(|v| Located::new::<T>(lattice, point(v), influence.map_or(1.0, |all| all[v]), outside))
+            .map(|v| Located::new::<T>(lattice, spot(v), influence.map_or(1.0, |all| all[v]), outside))
             .collect();
         let (tasks, slot, slots) = sort_by_cell(lattice, &located);
         let mut vertex = vec![EMPTY; slots];
@@ -118,7 +141,7 @@ impl Embedding {
         };
         let embedding = Self {
             tasks,
-            outside: located.iter().filter(|l| l.beyond.as_flattened().contains(&true)).count(),
+            outside: located.iter().filter(|l| l.is_outside).count(),
             beyond: std::array::from_fn(|axis| {
                 std::array::from_fn(|side| located.iter().any(|l| l.beyond[axis][side]))
             }),

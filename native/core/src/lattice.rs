@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3};
 
 use crate::basis::AxisBasis;
 use crate::error::{Error, Result};
+use crate::inversion::{Inversion, Preimage};
 
 /// Parameters this close to a face of the domain count as on it, for float64 points: rounding puts a fitted box's own
 /// extreme vertices outside in most cases.
@@ -182,11 +183,39 @@ impl Lattice {
         Ok(parameters.par_iter().map(|&p| self.point(p) + self.interpolate(&displacement, p)).collect())
     }
 
+    /// The way back of [`Lattice::evaluate`]: parameters at which the lattice shaped by `control` takes these points.
+    ///
+    /// A point inside the shaped lattice gets parameters in the domain (to within [`FACE_TOLERANCE`]) that `evaluate` takes to it
+    /// to rounding, a thousand of float64's `epsilon` times the lattice's size at most; where the lattice folds over itself and
+    /// has several, one of them, the same in every call. Any other gets the nearest parameters found, and is not
+    /// [`Preimage::inside`].
+    ///
+    /// # Errors
+    /// [`Error::Lattice`] for a control array of another length or with a non-finite entry, [`Error::Mesh`] for points that are
+    /// not finite.
+    pub fn invert(&self, points: &[DVec3], control: &[DVec3]) -> Result<Vec<Preimage>> {
+        use rayon::prelude::*;
+        self.check_control("control", control)?;
+        if let Some(i) = points.iter().position(|p| !p.is_finite()) {
+            return Err(Error::Mesh(format!(
+                "points: found NaN or infinity at index {i}, expected finite numbers"
+            )));
+        }
+        let inversion = Inversion::new(self, control);
+        Ok(points.par_iter().map(|&p| inversion.find(p, FACE_TOLERANCE, true)).collect())
+    }
+
     /// `control - rest`, after checking `control`.
     pub(crate) fn displacement(&self, control: &[DVec3]) -> Result<Vec<DVec3>> {
+        self.check_control("control", control)?;
+        Ok(control.iter().zip(self.rest()).map(|(p, rest)| p - rest).collect())
+    }
+
+    /// Checks that control points, called `name`, fit the lattice and are finite.
+    pub(crate) fn check_control(&self, name: &str, control: &[DVec3]) -> Result<()> {
         if control.len() != self.len() {
             return Err(Error::Lattice(format!(
-                "control: found {} points, expected {} for a lattice of shape {:?}",
+                "{name}: found {} points, expected {} for a lattice of shape {:?}",
                 control.len(),
                 self.len(),
                 self.shape()
@@ -195,13 +224,13 @@ impl Lattice {
         if let Some(i) = control.iter().position(|p| !p.is_finite()) {
             let [_, nv, nw] = self.shape();
             return Err(Error::Lattice(format!(
-                "control: found NaN or infinity at [{}, {}, {}], expected finite numbers",
+                "{name}: found NaN or infinity at [{}, {}, {}], expected finite numbers",
                 i / (nv * nw),
                 i / nw % nv,
                 i % nw
             )));
         }
-        Ok(control.iter().zip(self.rest()).map(|(p, rest)| p - rest).collect())
+        Ok(())
     }
 
     fn interpolate(&self, values: &[DVec3], parameter: DVec3) -> DVec3 {

@@ -105,7 +105,7 @@ impl<T: Scalar> Binding<T> {
         with_engine!(self, engine => {
             let mut correction = Correction {
                 middle: frame.coordinates(control.iter().sum::<DVec3>() / control.len() as f64),
-                scale: Scale::new(control, &self.lattice().rest(), rounding_of(engine)),
+                scale: Scale::new(control, &self.rest(), rounding_of(engine)),
                 binding: self,
                 engine,
                 state: engine.deformed(&self.embedding().tasks, &displacement, frame.to_frame()),

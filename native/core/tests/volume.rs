@@ -249,12 +249,12 @@ fn update_equals_a_new_binding() {
     let mut updated = bind(&lattice, &mesh);
     updated.volume(&lattice.rest()).unwrap();
     let moved: Vec<[f64; 3]> = mesh.vertices.iter().map(|[x, y, z]| [y * 0.9, *x, -z * 0.8]).collect();
-    updated.update(Some(moved.clone()), None, None).unwrap();
+    updated.update(Some(moved.clone()), None, None, None).unwrap();
     let fresh = bind(&lattice, &Mesh { vertices: moved, triangles: mesh.triangles.clone() });
     let control = squash(&lattice, 0.5);
     let mut out = [vec![[0.0; 3]; mesh.vertices.len()], vec![[0.0; 3]; mesh.vertices.len()]];
     updated.preserve(&control, &Preserve::default(), &mut out[0]).unwrap();
     fresh.preserve(&control, &Preserve::default(), &mut out[1]).unwrap();
     assert_eq!(out[0], out[1]);
-    assert!(updated.update(Some(vec![[0.0; 3]]), None, None).is_err());
+    assert!(updated.update(Some(vec![[0.0; 3]]), None, None, None).is_err());
 }

@@ -226,6 +226,10 @@ impl Hint for f64 {
     const HINT: PyStaticExpr = type_hint_identifier!("numpy", "float64");
 }
 
+impl Hint for bool {
+    const HINT: PyStaticExpr = type_hint_identifier!("numpy", "bool_");
+}
+
 /// The float type of the bound vertices.
 pub(crate) struct OfVertices;
 

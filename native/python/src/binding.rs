@@ -59,6 +59,7 @@ impl VertexRows {
 }
 
 impl Binding {
+    #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     pub(crate) fn new(
         py: Python<'_>,
         lattice: &CoreLattice,
@@ -67,17 +68,19 @@ impl Binding {
         device: DeviceWord,
         outside: Outside,
         influence: Option<ArrayLike<'_>>,
+        rest: Option<ArrayLike<'_>>,
     ) -> PyResult<Self> {
         let vertices = VertexRows::extract(&vertices)?;
         let triangles = triangles.map_or(Ok(Vec::new()), |triangles| indices(&triangles))?;
         let influence = influence.map(|influence| influences(&influence)).transpose()?;
+        let rest = rest.map(|rest| rest_of(&rest, lattice.shape())).transpose()?;
         let lattice = lattice.clone();
         let bound = py.detach(|| match vertices {
             VertexRows::Single(rows) => {
-                Core::new(lattice, rows, triangles, influence, outside).map(Precise::Single)
+                Core::shaped(lattice, rows, triangles, influence, outside, rest).map(Precise::Single)
             }
             VertexRows::Double(rows) => {
-                Core::new(lattice, rows, triangles, influence, outside).map(Precise::Double)
+                Core::shaped(lattice, rows, triangles, influence, outside, rest).map(Precise::Double)
             }
         });
         let bound = bound.map_err(to_python)?;
@@ -133,32 +136,36 @@ impl Binding {
 
 #[pymethods]
 impl Binding {
-    /// Embeds anew what is given and keeps the rest: vertices (V, 3) of the same mesh in new positions, another lattice,
-    /// another influence (V,). Cheaper than a new bind, for the topology is not looked at again. Raises MeshError, and then
-    /// leaves the binding as it was.
-    #[pyo3(signature = (vertices=None, lattice=None, influence=None))]
+    /// Embeds anew what is given and keeps what is not: vertices (V, 3) of the same mesh in new positions, another lattice,
+    /// another influence (V,), other control points at rest (nu, nv, nw, 3). Cheaper than a new bind, for the topology is not
+    /// looked at again. Raises MeshError, and LatticeError where control points at rest, also those kept, do not fit the
+    /// lattice; then leaves the binding as it was.
+    #[pyo3(signature = (vertices=None, lattice=None, influence=None, rest=None))]
     fn update(
         &self,
         py: Python<'_>,
         vertices: Option<ArrayLike<'_>>,
         lattice: Option<LatticeLike<'_>>,
         influence: Option<ArrayLike<'_>>,
+        rest: Option<ArrayLike<'_>>,
     ) -> PyResult<()> {
         let vertices = vertices.map(|vertices| VertexRows::extract(&vertices)).transpose()?;
         let influence = influence.map(|influence| influences(&influence)).transpose()?;
         let lattice = lattice.map(|lattice| lattice.0.core.clone());
+        let shape = lattice.as_ref().map_or_else(|| self.shape(py), |lattice| lattice.shape());
+        let rest = rest.map(|rest| rest_of(&rest, shape)).transpose()?;
         py.detach(|| {
             let mut precise = self.shared.write().unwrap_or_else(PoisonError::into_inner);
             self.backend.reset();
             match (&mut *precise, vertices) {
                 (Precise::Single(core), Some(VertexRows::Single(rows))) => {
-                    core.update(Some(rows), lattice, influence)
+                    core.update(Some(rows), lattice, influence, rest)
                 }
                 (Precise::Double(core), Some(VertexRows::Double(rows))) => {
-                    core.update(Some(rows), lattice, influence)
+                    core.update(Some(rows), lattice, influence, rest)
                 }
-                (Precise::Single(core), None) => core.update(None, lattice, influence),
-                (Precise::Double(core), None) => core.update(None, lattice, influence),
+                (Precise::Single(core), None) => core.update(None, lattice, influence, rest),
+                (Precise::Double(core), None) => core.update(None, lattice, influence, rest),
                 _ => Err(changed_precision()),
             }
         })
@@ -193,7 +200,15 @@ impl Binding {
         Ok(measure.map_err(to_python)?.volume)
     }
 
-    /// Number of vertices beyond the lattice's domain.
+    /// Control points at rest, float64 (nu, nv, nw, 3): those that leave every vertex where it is.
+    #[getter]
+    fn rest<'py>(&self, py: Python<'py>) -> PyResult<NdArray<'py, f64>> {
+        let (shape, rest) =
+            self.read(py, |precise| either!(precise, core => (core.lattice().shape(), core.rest())));
+        NdArray::points(py, &rest, &[shape[0], shape[1], shape[2], 3])
+    }
+
+    /// Number of vertices beyond the lattice's domain, or nowhere inside the lattice where it was bound in a shape.
     #[getter]
     fn outside_count(&self, py: Python<'_>) -> usize {
         self.read(py, |precise| either!(precise, core => core.outside_count()))
@@ -335,6 +350,11 @@ fn indices(object: &ArrayLike<'_>) -> PyResult<Vec<[u32; 3]>> {
 
 fn influences(object: &ArrayLike<'_>) -> PyResult<Vec<f64>> {
     Argument::mesh("influence").floats(object, Numbers::FloatsOrIntegers, &[None])
+}
+
+/// Control points at rest.
+fn rest_of(object: &ArrayLike<'_>, shape: [usize; 3]) -> PyResult<Vec<isochor_core::DVec3>> {
+    Argument::lattice("rest").control(object, shape)
 }
 
 fn point_weights(object: &ArrayLike<'_>, shape: [usize; 3]) -> PyResult<Vec<f64>> {

@@ -2,6 +2,7 @@
 //! `isochor.Lattice`.
 
 use isochor_core::{AxisBasis, DMat3, Lattice as Core, Outside};
+use numpy::{PyArray1, PyArrayMethods};
 use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
 
@@ -153,6 +154,31 @@ impl Lattice {
         NdArray::points(py, &points, &[points.len(), 3])
     }
 
+    /// The way back of `evaluate`: for points (V, 3) the parameters, float64 (V, 3), at which the lattice shaped by control points
+    /// (nu, nv, nw, 3) takes them, and whether each point is inside the shaped lattice, bool (V,).
+    ///
+    /// `evaluate` takes the parameters of an inside point, which lie in [0, 1], to that point: to rounding, a thousand of float64's
+    /// epsilon times the lattice's size at most. Where the lattice folds over itself and has several, one of them is given. Any
+    /// other point gets the nearest parameters found. Newton's method, point by point: points do not depend on each other.
+    ///
+    /// Raises LatticeError, and MeshError for points that are not finite.
+    fn invert<'py>(
+        &self,
+        py: Python<'py>,
+        points: ArrayLike<'py>,
+        control: ArrayLike<'py>,
+    ) -> PyResult<(NdArray<'py, f64>, NdArray<'py, bool>)> {
+        let points = Argument::mesh("points").points(&points)?;
+        let control = Argument::lattice("control").control(&control, self.core.shape())?;
+        let found = py.detach(|| self.core.invert(&points, &control)).map_err(to_python)?;
+        let parameters: Vec<_> = found.iter().map(|found| found.parameter).collect();
+        let inside: Vec<_> = found.iter().map(|found| found.inside).collect();
+        Ok((
+            NdArray::points(py, &parameters, &[found.len(), 3])?,
+            NdArray::of(PyArray1::from_vec(py, inside).as_untyped().clone()),
+        ))
+    }
+
     /// Embeds a mesh: everything that stays fixed while the control points move is computed here.
     ///
     /// vertices (V, 3) float32 or float64, in the lattice's space; results have the same type.
@@ -163,9 +189,14 @@ impl Lattice {
     /// outside: vertices beyond the domain stay ("keep", and the correction holds the layers of control points that act on
     /// that face) or move with the nearest point of the domain ("extend").
     /// influence (V,) in [0, 1]: how much of the deformation each vertex takes; None for all of it.
+    /// rest (nu, nv, nw, 3): control points that leave every vertex where it is, to the bit; None for `Lattice.rest`. With others,
+    /// the lattice is bound in that shape: each vertex inside is embedded at the parameters that `invert` gives, and moves by
+    /// influence * sum B (control - rest), so that an affine motion of the shape is that motion of the mesh. Vertices not inside the
+    /// shape are outside.
     ///
-    /// Raises MeshError, and DeviceError for an unknown device.
-    #[pyo3(signature = (vertices, triangles=None, device=DeviceWord::Auto, outside=OutsideWord(Outside::Keep), influence=None))]
+    /// Raises MeshError, LatticeError for a wrong rest, and DeviceError for an unknown device.
+    #[pyo3(signature = (vertices, triangles=None, device=DeviceWord::Auto, outside=OutsideWord(Outside::Keep), influence=None, rest=None))]
+    #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn bind(
         &self,
         py: Python<'_>,
@@ -174,8 +205,9 @@ impl Lattice {
         device: DeviceWord,
         outside: OutsideWord,
         influence: Option<ArrayLike<'_>>,
+        rest: Option<ArrayLike<'_>>,
     ) -> PyResult<Binding> {
-        Binding::new(py, &self.core, vertices, triangles, device, outside.0, influence)
+        Binding::new(py, &self.core, vertices, triangles, device, outside.0, influence, rest)
     }
 
     fn __repr__(&self) -> String {

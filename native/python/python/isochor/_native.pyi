@@ -7,7 +7,7 @@ The native half of isochor.
 from collections.abc import Sequence
 from typing import Final, Literal, SupportsFloat, SupportsIndex, final
 
-from numpy import float32, float64
+from numpy import bool_, float32, float64
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["__version__", "Binding", "Device", "Lattice", "Preserved", "copy_bandwidth", "devices"]
@@ -44,7 +44,7 @@ class Binding:
     @property
     def outside_count(self, /) -> int:
         """
-        Number of vertices beyond the lattice's domain.
+        Number of vertices beyond the lattice's domain, or nowhere inside the lattice where it was bound in a shape.
         """
     def preserve(
         self,
@@ -79,13 +79,24 @@ class Binding:
         """
         Signed volume of the mesh as bound. Raises MeshError where the triangles enclose no volume.
         """
+    @property
+    def rest(self, /) -> NDArray[float64]:
+        """
+        Control points at rest, float64 (nu, nv, nw, 3): those that leave every vertex where it is.
+        """
     def update(
-        self, /, vertices: ArrayLike | None = None, lattice: Lattice | None = None, influence: ArrayLike | None = None
+        self,
+        /,
+        vertices: ArrayLike | None = None,
+        lattice: Lattice | None = None,
+        influence: ArrayLike | None = None,
+        rest: ArrayLike | None = None,
     ) -> None:
         """
-        Embeds anew what is given and keeps the rest: vertices (V, 3) of the same mesh in new positions, another lattice,
-        another influence (V,). Cheaper than a new bind, for the topology is not looked at again. Raises MeshError, and then
-        leaves the binding as it was.
+        Embeds anew what is given and keeps what is not: vertices (V, 3) of the same mesh in new positions, another lattice,
+        another influence (V,), other control points at rest (nu, nv, nw, 3). Cheaper than a new bind, for the topology is not
+        looked at again. Raises MeshError, and LatticeError where control points at rest, also those kept, do not fit the
+        lattice; then leaves the binding as it was.
         """
     def volume(self, /, control: ArrayLike) -> float:
         """
@@ -176,6 +187,7 @@ class Lattice:
         device: Literal["auto", "cpu", "gpu"] | str = ...,
         outside: Literal["keep", "extend"] = ...,
         influence: ArrayLike | None = None,
+        rest: ArrayLike | None = None,
     ) -> Binding:
         """
         Embeds a mesh: everything that stays fixed while the control points move is computed here.
@@ -188,8 +200,12 @@ class Lattice:
         outside: vertices beyond the domain stay ("keep", and the correction holds the layers of control points that act on
         that face) or move with the nearest point of the domain ("extend").
         influence (V,) in [0, 1]: how much of the deformation each vertex takes; None for all of it.
+        rest (nu, nv, nw, 3): control points that leave every vertex where it is, to the bit; None for `Lattice.rest`. With others,
+        the lattice is bound in that shape: each vertex inside is embedded at the parameters that `invert` gives, and moves by
+        influence * sum B (control - rest), so that an affine motion of the shape is that motion of the mesh. Vertices not inside the
+        shape are outside.
 
-        Raises MeshError, and DeviceError for an unknown device.
+        Raises MeshError, LatticeError for a wrong rest, and DeviceError for an unknown device.
         """
     @property
     def degree(self, /) -> tuple[int, int, int]:
@@ -205,6 +221,17 @@ class Lattice:
         """
         Positions, float64 (V, 3), that control points (nu, nv, nw, 3) give to parameters (V, 3): equation (1) of the volume
         paper. Parameters outside [0, 1] follow the nearest ones inside. Raises LatticeError.
+        """
+    def invert(self, /, points: ArrayLike, control: ArrayLike) -> tuple[NDArray[float64], NDArray[bool_]]:
+        """
+        The way back of `evaluate`: for points (V, 3) the parameters, float64 (V, 3), at which the lattice shaped by control points
+        (nu, nv, nw, 3) takes them, and whether each point is inside the shaped lattice, bool (V,).
+
+        `evaluate` takes the parameters of an inside point, which lie in [0, 1], to that point: to rounding, a thousand of float64's
+        epsilon times the lattice's size at most. Where the lattice folds over itself and has several, one of them is given. Any
+        other point gets the nearest parameters found. Newton's method, point by point: points do not depend on each other.
+
+        Raises LatticeError, and MeshError for points that are not finite.
         """
     @property
     def origin(self, /) -> NDArray[float64]:

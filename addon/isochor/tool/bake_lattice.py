@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bakes to Blender's own Lattice modifier with the corrected control points, wherever it holds the very same map."""
+
+from collections.abc import Generator
+from contextlib import closing
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+from numpy.typing import NDArray
+
+from ..core import grid, native_lattice, problem, volume
+from ..core.grid import Grid
+from ..core.solver import Request, same_array
+from ..core.tally import Tally
+from . import (
+    animation_paths,
+    baked,
+    evaluated,
+    frame_keys,
+    frames,
+    influence_group,
+    linear_curve,
+    sockets,
+    stack,
+    state,
+)
+
+NAME = "Volume Lattice Points"
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Record:
+    """What was read of one object, frame by frame. ``follows``: whether the way from lattice to object changes, so that
+    the new lattice has to follow the animator's instead of the object. ``inside``: (V,) which vertices move, where
+    some are outside the lattice and stay; None where all move."""
+
+    first: Request
+    inside: NDArray[np.bool_] | None
+    follows: bool = False
+    to_object: list[Array] = field(default_factory=list)
+    control: list[Array] = field(default_factory=list)
+    strength: list[float] = field(default_factory=list)
+
+
+def bake(
+    context: bpy.types.Context, chosen: list[frames.Target], frame_start: int, frame_end: int
+) -> Generator[frames.Step, None, list[str]]:
+    """Makes a lattice and a Lattice modifier for each object and switches ours off; returns warnings in plain words.
+    Nothing changes where the iterator is closed before its end, or raises Problem."""
+    for target in chosen:
+        text = _refusal_of_several(target)
+        if text:
+            raise problem.Problem(text)
+    when = frames.moments(frame_start, frame_end)
+    records: dict[str, Record] = {}
+    tally = Tally()
+    with closing(frames.walk(context, chosen, when)) as steps:
+        for done, moment in enumerate(steps, 1):
+            for target in chosen:
+                _note(records, target, moment, context)
+                tally.add(target.obj.name, moment.words, target.problems())
+            yield frames.Step(done, len(when), moment)
+    for target in chosen:
+        _play(target, [float(moment.frame) for moment in when], records[target.obj.name])
+    return list(tally.lines)
+
+
+def _refusal_of_several(target: frames.Target) -> str | None:
+    if len(target.ours) == 1:
+        return None
+    return (
+        f"“{target.obj.name}” has {len(target.ours)} Volume Lattices, and one lattice cannot stand for them: switch"
+        f" all but one off for renders, or bake to a point cache."
+    )
+
+
+def embedding(request: Request) -> Grid:
+    """The undeformed lattice that the vertices are embedded in."""
+    return request.embedding_grid
+
+
+def is_bound_shaped(request: Request) -> bool:
+    """Whether the vertices are embedded in a lattice that was shaped when its rest was set, by more than the rounding
+    of Blender's coordinates."""
+    if request.rest_control is None:
+        return False
+    undeformed = grid.build_lattice(request.embedding_grid).rest
+    rounding = 4.0 * volume.SINGLE * float(np.abs(undeformed).max())
+    return float(np.abs(request.rest_control - undeformed).max()) > rounding
+
+
+def refusal(obj: bpy.types.Object, request: Request, outside: int) -> str | None:
+    """Why Blender's Lattice modifier cannot do what ours did to the object in one frame, with so many vertices outside
+    the lattice; or None."""
+    if is_bound_shaped(request):
+        return (
+            f"the lattice of “{obj.name}” was already shaped when its rest was set: Blender's own Lattice modifier"
+            f" cannot hold that. Bake to a point cache instead."
+        )
+    axes = native_lattice.native_axes(embedding(request))
+    if not axes:
+        points = " × ".join(map(str, embedding(request).shape))
+        return (
+            f"the lattice of “{obj.name}” has {points} points: Blender's own Lattice modifier goes up to 4 on each"
+            f" side with the Bernstein basis. Bake to a point cache instead."
+        )
+    if request.settings.outside == "Extend":
+        held = all(axis.follows_nearest for axis in axes)
+    else:
+        held = obj.data.is_editable and len(request.positions) == len(obj.data.vertices)
+    if outside and not held:
+        return (
+            f"{outside} vertices of “{obj.name}” are outside the lattice, where Blender's own Lattice modifier moves"
+            f" them otherwise: make the lattice larger, or bake to a point cache."
+        )
+    return None
+
+
+def _note(records: dict[str, Record], target: frames.Target, moment: frames.Moment, context: bpy.types.Context) -> None:
+    memory = state.recall(target.obj, target.last)
+    request = None if memory is None else memory.solver.request
+    if memory is None or request is None or memory.report.control is None:
+        raise problem.Problem(f"Frame {moment.words}, “{target.obj.name}”: {' '.join(target.problems())}")
+    outside = memory.report.vertices_outside or 0
+    inside = None
+    if outside and request.settings.outside == "Keep":
+        inside = native_lattice.inside(embedding(request), request.positions)
+    text = refusal(target.obj, request, outside)
+    record = records.setdefault(target.obj.name, Record(request, inside))
+    text = text or _change(record, request, inside, target.obj.name)
+    if text:
+        raise problem.Problem(f"Frame {moment.words}: {text}")
+    here = embedding(request)
+    record.follows = record.follows or not _same_place(embedding(record.first), here, target, context)
+    record.to_object.append(here.to_object)
+    record.control.append(np.array(memory.report.control))
+    record.strength.append(request.settings.strength)
+
+
+def _change(record: Record, request: Request, inside: NDArray[np.bool_] | None, name: str) -> str | None:
+    """What is not as in the first frame and has to be, for one new lattice and modifier to hold both; or None."""
+
+    def kind(request: Request) -> tuple[object, ...]:
+        rest, settings = embedding(request), request.settings
+        return rest.shape, rest.low, rest.high, rest.basis, settings.vertex_group, settings.invert, settings.outside
+
+    if kind(record.first) != kind(request):
+        return f"the lattice's resolution or the inputs of “{name}” change: bake to a point cache."
+    if not same_array(record.inside, inside):
+        return f"other vertices of “{name}” are outside the lattice than before: enlarge it, or bake to a point cache."
+    return None
+
+
+def _same_place(one: Grid, other: Grid, target: frames.Target, context: bpy.types.Context) -> bool:
+    """Whether the lattice stands to the object as it did, but for the rounding of Blender's matrices."""
+    depsgraph = context.view_layer.depsgraph
+    lattice = sockets.read(target.last, sockets.LATTICE)
+    matrices = [evaluated.matrix(obj.evaluated_get(depsgraph)) for obj in (target.obj, lattice)]
+    return grid.steadied(other.to_object, one.to_object, *matrices) is one.to_object
+
+
+def _play(target: frames.Target, when: list[float], record: Record) -> None:
+    """Puts the Lattice modifier right behind ours."""
+    obj, request = target.obj, record.first
+    axes = native_lattice.native_axes(embedding(request))
+    baked.drop(obj)
+    lattice = _new_lattice(obj, axes)
+    placement = native_lattice.placement(axes)
+    if record.follows:
+        _attach(lattice, sockets.read(target.last, sockets.LATTICE), placement)
+    else:
+        record.to_object = [record.to_object[0]] * len(when)
+        _attach(lattice, obj, record.to_object[0] @ placement)
+    points = [
+        native_lattice.native_points(axes, control, to_object @ placement).astype(np.float32)
+        for control, to_object in zip(record.control, record.to_object, strict=True)
+    ]
+    frame_keys.add(lattice, "Frame", when, points)
+    modifier = obj.modifiers.new(NAME, "LATTICE")
+    modifier.object = lattice
+    _set_strength(modifier, when, record.strength)
+    modifier.vertex_group, modifier.invert_vertex_group = influence_group.of(obj, request.settings, record.inside)
+    stack.move_behind(modifier, target.last)
+    baked.switch_over(obj, modifier, ("viewport", "render"))
+
+
+def _new_lattice(obj: bpy.types.Object, axes: native_lattice.Axes) -> bpy.types.Object:
+    """A hidden lattice object, in the collections of the object that it is to shape."""
+    data = bpy.data.lattices.new(f"{obj.name} {NAME}")
+    lattice = bpy.data.objects.new(data.name, data)
+    lattice[baked.MADE_BY_BAKE] = True
+    # Only now that an object has it does Blender keep the lattice's size when the resolution changes.
+    for axis, native in zip("uvw", axes, strict=True):
+        setattr(data, f"points_{axis}", native.count)
+        setattr(data, f"interpolation_type_{axis}", native.interpolation)
+    for collection in obj.users_collection:
+        if collection.is_editable:
+            collection.objects.link(lattice)
+    lattice.hide_viewport = True
+    return lattice
+
+
+def _attach(lattice: bpy.types.Object, parent: bpy.types.Object, to_parent: Array) -> None:
+    """Has the lattice follow ``parent``; as a parent's inverse, the matrix may shear."""
+    lattice.parent = parent
+    lattice.matrix_parent_inverse = Matrix(to_parent.tolist())
+
+
+def _set_strength(modifier: bpy.types.LatticeModifier, when: list[float], strength: list[float]) -> None:
+    modifier.strength = strength[0]
+    if any(value != strength[0] for value in strength):
+        path = f"{animation_paths.of_modifier(modifier)}.strength"
+        linear_curve.add(modifier.id_data, path, when, strength)

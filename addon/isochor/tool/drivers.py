@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Drivers on a modifier's inputs: simple expressions, which Blender evaluates with Python auto-run off."""
+
+import re
+from dataclasses import dataclass
+
+import bpy
+from bpy_extras import anim_utils
+
+from . import sockets
+
+OWN = frozenset(
+    "height ground speed roll ex ey ez ox oy oz ax ay az bx by bz cx cy cz".split(),
+)
+"""Names of the variables that the add-on's drivers use; a driver with any other is somebody else's."""
+LONGEST = 255
+"""Letters that Blender keeps of an expression."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One number that an expression reads: a property of ``target`` by its path, or, where ``transform`` names one of
+    Blender's transform channels, that channel of the object or of its ``bone``."""
+
+    name: str
+    target: bpy.types.ID
+    path: str = ""
+    transform: str = ""
+    bone: str = ""
+    space: str = "WORLD_SPACE"
+    rotation: str = "AUTO"
+
+
+def data_path(modifier: bpy.types.NodesModifier, name: str) -> str:
+    """Path of an input from its object, for keys and drivers."""
+    path = sockets.data_path(modifier, name)
+    start = f'modifiers["{bpy.utils.escape_identifier(modifier.name)}"]'
+    return f"{start}{path}" if path.startswith("[") else f"{start}.{path}"
+
+
+def of(obj: bpy.types.Object, path: str) -> bpy.types.FCurve | None:
+    """The driver at this path of the object."""
+    data = obj.animation_data
+    return None if data is None else data.drivers.find(path)
+
+
+def is_own(curve: bpy.types.FCurve) -> bool:
+    """Whether the add-on put this driver, so that it may change it."""
+    names = {variable.name for variable in curve.driver.variables}
+    return bool(names) and names <= OWN
+
+
+def keys_of(obj: bpy.types.Object, path: str) -> bpy.types.FCurve | None:
+    """The curve of keys at this path in the object's action."""
+    data = obj.animation_data
+    if data is None or data.action is None:
+        return None
+    bag = anim_utils.action_get_channelbag_for_slot(data.action, data.action_slot)
+    return None if bag is None else bag.fcurves.find(path)
+
+
+def put(
+    obj: bpy.types.Object,
+    modifier: bpy.types.NodesModifier,
+    name: str,
+    expression: str,
+    variables: list[Variable],
+    times_others: bool = False,
+) -> bpy.types.FCurve:
+    """Drives an input. What drove it before goes, but where ``times_others``, for a driver of the add-on's own, its
+    factors that use other variables stay, and this one is multiplied with them."""
+    path = data_path(modifier, name)
+    before = of(obj, path)
+    kept = other_factors(before, variables) if times_others and before is not None and is_own(before) else []
+    curve = before or obj.driver_add(path)
+    driver = curve.driver
+    driver.type = "SCRIPTED"
+    used = {word for factor in kept for word in words(factor)}
+    for variable in list(driver.variables):
+        if variable.name not in used:
+            driver.variables.remove(variable)
+    for variable in variables:
+        _add_variable(driver, variable)
+    driver.expression = " * ".join([*kept, expression])
+    obj.update_tag()
+    return curve
+
+
+def other_factors(curve: bpy.types.FCurve, variables: list[Variable]) -> list[str]:
+    """Of the product that drives, the factors that use none of these variables' names."""
+    names = {variable.name for variable in variables}
+    factors: list[str] = curve.driver.expression.split(" * ")
+    return [factor for factor in factors if not names & words(factor)]
+
+
+def words(expression: str) -> set[str]:
+    """Names in an expression."""
+    return set(re.findall(r"[A-Za-z_]\w*", expression))
+
+
+def number(value: float) -> str:
+    """A number as an expression holds it: six digits, which keeps the longest expressions short enough."""
+    return f"{value:.6g}"
+
+
+def signed(value: float) -> str:
+    """The same to be added: "+ 2" or "- 2"."""
+    return f"{'-' if value < 0.0 else '+'} {number(abs(value))}"
+
+
+def _add_variable(driver: bpy.types.Driver, given: Variable) -> None:
+    variable = driver.variables.new()
+    variable.name = given.name
+    variable.type = "TRANSFORMS" if given.transform else "SINGLE_PROP"
+    target = variable.targets[0]
+    if not given.transform:
+        target.id_type = given.target.id_type
+        target.id, target.data_path = given.target, given.path
+        return
+    target.id, target.bone_target = given.target, given.bone
+    target.transform_type, target.transform_space = given.transform, given.space
+    target.rotation_mode = given.rotation

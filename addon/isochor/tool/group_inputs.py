@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The inputs that the node group shows in the modifier: names, kinds, panels, defaults, tooltips."""
+
+from typing import Any
+
+import bpy
+
+from . import sockets
+
+MENU_DEFAULTS = {"Axis": "Z"}
+"""Of the menus whose default is not their first item."""
+PANELS = ("Volume", "Animate", "Interpolation")
+"""From top to bottom."""
+
+
+def complete(group: bpy.types.NodeTree) -> list[str]:
+    """Adds the inputs that the group lacks, all of them to a new one; returns their names. Menus need ``set_menus``
+    once nodes use them."""
+    before = {item.name for item in _inputs(group)}
+    if not before:
+        group.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+        group.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    _add_first_inputs(group)
+    _add_volume_inputs(group, _panel(group, "Volume"))
+    _add_animate_inputs(group, _panel(group, "Animate", closed=True))
+    _add_interpolation_inputs(group, _panel(group, "Interpolation", closed=True))
+    _order_panels(group)
+    sockets.forget(group)
+    return [item.name for item in _inputs(group) if item.name not in before]
+
+
+def set_menus(group: bpy.types.NodeTree) -> None:
+    """Gives the menus their defaults, which Blender takes only where a Menu Switch says what the items are."""
+    for item in _inputs(group):
+        if item.name in sockets.MENUS:
+            item.default_value = MENU_DEFAULTS.get(item.name, sockets.MENUS[item.name][0])
+
+
+def set_defaults(group: bpy.types.NodeTree, names: list[str]) -> None:
+    """Writes the defaults of inputs that are new in the group into every modifier: Blender leaves zeros in them."""
+    defaults = {item.name: item.default_value for item in _inputs(group) if item.name in names}
+    for obj in bpy.data.objects:
+        for modifier in obj.modifiers:
+            if obj.is_editable and modifier.type == "NODES" and modifier.node_group == group:
+                for name, value in defaults.items():
+                    sockets.write(modifier, name, value)
+
+
+def _add_first_inputs(group: bpy.types.NodeTree) -> None:
+    _input(group, sockets.LATTICE, "Object", "The Lattice object whose points shape the mesh")
+    _factor(group, "Strength", "How much of the deformation each vertex takes")
+    _input(group, "Vertex Group", "String", "Vertex group that scales the deformation vertex by vertex")
+    _input(group, "Invert", "Bool", "Use one minus the vertex group's weights")
+    for name, kind in (
+        (sockets.VIEWPORT_RESULT, "Object"),
+        (sockets.RENDER_RESULT, "Object"),
+        (sockets.SLOT, "String"),
+    ):
+        _input(group, name, kind, "Kept by the add-on", hide_in_modifier=True)
+
+
+def _add_volume_inputs(group: bpy.types.NodeTree, panel: bpy.types.NodeTreeInterfacePanel) -> None:
+    _factor(group, "Preserve", "How much of the lost or gained volume is restored", panel)
+    _menu(group, "Reference", "The volume to keep: the one when the modifier was added, or this frame's", panel)
+    _input(group, "Target", "Float", "Factor on the volume to keep", panel, default_value=1.0, min_value=0.0)
+    axes = "Shares of X, Y and Z in the correction; 0 leaves an axis alone"
+    _input(group, "Axes", "Vector", axes, panel, default_value=(1.0, 1.0, 1.0), min_value=0.0)
+    _menu(group, "Space", "What X, Y and Z mean in Axes: the world, the object or the lattice", panel)
+    _menu(group, "Method", "Balanced keeps round shapes round; Sweep is the published method", panel)
+
+
+def _add_animate_inputs(group: bpy.types.NodeTree, panel: bpy.types.NodeTreeInterfacePanel) -> None:
+    _menu(group, "Axis", "The lattice's own axis along which squash, taper, twist and bend act", panel)
+    squash = "Length along the axis as a factor: below 1 squashes, above 1 stretches. The volume's correction bulges it"
+    _input(group, sockets.SQUASH, "Float", squash, panel, default_value=1.0, min_value=0.0)
+    taper = "How much wider the top is than the bottom, as a fraction of the width at the pivot; 0 leaves it straight"
+    _input(group, sockets.TAPER, "Float", taper, panel)
+    _angle(group, sockets.TWIST, "Turn of the top against the bottom, about the axis", panel)
+    _angle(group, sockets.BEND, "Angle of the arc into which the axis is bent, at constant length", panel)
+    direction = "Which way it bends: 0° is the axis that follows (for Z: X), 90° the one after that (for Z: Y)"
+    _angle(group, sockets.BEND_DIRECTION, direction, panel)
+    _menu(group, "Pivot", "What stays in place: the bottom of the lattice, its centre or its top", panel)
+
+
+def _add_interpolation_inputs(group: bpy.types.NodeTree, panel: bpy.types.NodeTreeInterfacePanel) -> None:
+    _menu(group, "Basis", "Bernstein: every point reaches everywhere; B-Spline: each reaches its neighbourhood", panel)
+    _menu(group, "Outside", "Vertices outside the lattice: keep them, or extend the deformation to them", panel)
+
+
+def _input(
+    group: bpy.types.NodeTree,
+    name: str,
+    kind: str,
+    description: str,
+    panel: bpy.types.NodeTreeInterfacePanel | None = None,
+    **properties: Any,
+) -> None:
+    """Adds the input unless the group has one of that name."""
+    if any(item.name == name for item in _inputs(group)):
+        return
+    socket = group.interface.new_socket(
+        name, description=description, in_out="INPUT", socket_type=f"NodeSocket{kind}", parent=panel
+    )
+    if kind in ("Float", "Bool", "Vector"):
+        # One value for the whole mesh: no button to take it from an attribute.
+        socket.force_non_field = True
+    for key, value in properties.items():
+        setattr(socket, key, value)
+
+
+def _factor(
+    group: bpy.types.NodeTree, name: str, description: str, panel: bpy.types.NodeTreeInterfacePanel | None = None
+) -> None:
+    limits = {"default_value": 1.0, "min_value": 0.0, "max_value": 1.0}
+    _input(group, name, "Float", description, panel, subtype="FACTOR", **limits)
+
+
+def _angle(group: bpy.types.NodeTree, name: str, description: str, panel: bpy.types.NodeTreeInterfacePanel) -> None:
+    _input(group, name, "Float", description, panel, subtype="ANGLE")
+
+
+def _menu(group: bpy.types.NodeTree, name: str, description: str, panel: bpy.types.NodeTreeInterfacePanel) -> None:
+    _input(group, name, "Menu", description, panel)
+
+
+def _inputs(group: bpy.types.NodeTree) -> list[bpy.types.NodeTreeInterfaceSocket]:
+    return [item for item in group.interface.items_tree if item.item_type == "SOCKET" and item.in_out == "INPUT"]
+
+
+def _panels(group: bpy.types.NodeTree) -> dict[str, bpy.types.NodeTreeInterfacePanel]:
+    return {item.name: item for item in group.interface.items_tree if item.item_type == "PANEL"}
+
+
+def _panel(group: bpy.types.NodeTree, name: str, closed: bool = False) -> bpy.types.NodeTreeInterfacePanel:
+    return _panels(group).get(name) or group.interface.new_panel(name, default_closed=closed)
+
+
+def _order_panels(group: bpy.types.NodeTree) -> None:
+    """Puts ours in their order, each behind all that stood before it."""
+    found = _panels(group)
+    if [name for name in found if name in PANELS] != list(PANELS):
+        for name in PANELS:
+            group.interface.move(found[name], len(group.interface.items_tree))

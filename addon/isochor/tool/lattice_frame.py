@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the lattice of a modifier stands in the world, and the mesh in it, now."""
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core import grid
+from . import evaluated, node_group, sockets
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LatticeFrame:
+    """``matrix`` (4, 4) lattice to world; ``low``, ``high`` corners of the basis's domain in lattice space."""
+
+    matrix: Array
+    low: Array
+    high: Array
+
+    @property
+    def lengths(self) -> Array:
+        """World length of one unit of lattice space on each axis."""
+        return np.asarray(np.linalg.norm(self.matrix[:3, :3], axis=0))
+
+    def direction(self, axis: int) -> Array:
+        """Unit vector in the world, from bottom to top."""
+        return np.asarray(grid.unit_columns(self.matrix)[:, axis])
+
+    def end(self, axis: int, place: float) -> Array:
+        """World point on the line through the middle along the axis, 0 at the domain's bottom and 1 at its top."""
+        point = (self.low + self.high) / 2.0
+        point[axis] = self.low[axis] + place * (self.high[axis] - self.low[axis])
+        return np.asarray(self.matrix[:3, :3] @ point + self.matrix[:3, 3])
+
+
+def of(modifier: bpy.types.NodesModifier, depsgraph: bpy.types.Depsgraph) -> LatticeFrame | None:
+    """Of the lattice that the modifier names, as evaluated; None where it names none, or one without a size."""
+    lattice = sockets.read(modifier, sockets.LATTICE)
+    if lattice is None or lattice.type != "LATTICE":
+        return None
+    held = lattice.evaluated_get(depsgraph)
+    matrix = evaluated.matrix(held)
+    if abs(np.linalg.det(grid.unit_columns(matrix))) < 1e-12:
+        return None
+    points = evaluated.lattice_points(held)
+    basis = sockets.read(modifier, "Basis")
+    low, high = grid.domain_box(grid.Grid(points.shape, points.low, points.high, basis, np.eye(4)))
+    return LatticeFrame(matrix, low, high)
+
+
+def entering(
+    obj: bpy.types.Object, modifier: bpy.types.NodesModifier, depsgraph: bpy.types.Depsgraph
+) -> NDArray[np.float64]:
+    """(V, 3) world positions of the mesh that enters the modifier; the object's own mesh where that is not known."""
+    held = obj.evaluated_get(depsgraph)
+    slot = str(modifier.persistent_uid)
+    found = evaluated.attribute(held.data, node_group.INCOMING + slot, "vector", 3, np.float32)
+    own = evaluated.own_shape(obj.data)[0] if found is None else found.reshape(-1, 3)
+    matrix = evaluated.matrix(held)
+    return np.asarray(own.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3])

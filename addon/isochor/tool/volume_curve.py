@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Measures the volume of Volume Lattices over frames as the viewport shows them, and keeps what was found."""
+
+from collections.abc import Generator, Sequence
+
+import bpy
+
+from ..core import problem
+from ..core.volume import measures
+from ..core.volume_curve import UNKNOWN, Sample, VolumeCurve
+from . import results, stack, state
+
+KEY = "isochor_volume_curve"
+"""Custom property of a modifier's viewport result object: what ``VolumeCurve.mapping`` gives, by name."""
+
+Pair = tuple[bpy.types.Object, bpy.types.NodesModifier]
+
+
+def read(modifier: bpy.types.NodesModifier) -> VolumeCurve | None:
+    """The curve that was measured last of a modifier, or None."""
+    result = results.of(modifier, "VIEWPORT")
+    kept = None if result is None else result.get(KEY)
+    return None if kept is None else VolumeCurve.from_mapping(kept)
+
+
+def keep(modifier: bpy.types.NodesModifier, curve: VolumeCurve) -> None:
+    """Keeps the curve in the file, in place of the one before."""
+    result = results.of(modifier, "VIEWPORT")
+    if result is not None:
+        result[KEY] = curve.mapping()
+
+
+def require_measurable(pairs: Sequence[Pair]) -> None:
+    """Raises Problem, naming the object, where one of them cannot be measured."""
+    for obj, modifier in pairs:
+        if not obj.is_editable:
+            raise problem.Problem(problem.linked(obj.name))
+        if obj.mode == "EDIT":
+            raise problem.Problem(f"“{obj.name}” is in Edit Mode: leave it first.")
+        if not stack.is_on(modifier, "VIEWPORT"):
+            raise problem.Problem(f"“{modifier.name}” is switched off on “{obj.name}”: switch it on first.")
+
+
+def measure(
+    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, pairs: Sequence[Pair], frames: Sequence[int]
+) -> Generator[int, None, list[VolumeCurve]]:
+    """Shows one frame after the other and yields how many are done; returns a curve for each pair, kept nowhere yet.
+    The scene is shown as before when the generator ends or is closed. Raises Problem where an object is not evaluated
+    in this view layer, or no frame of it can be measured."""
+    samples: list[list[Sample]] = [[] for _pair in pairs]
+    before = scene.frame_current, scene.frame_subframe
+    try:
+        for done, frame in enumerate(frames, 1):
+            scene.frame_set(frame)
+            for (obj, modifier), row in zip(pairs, samples, strict=True):
+                _require_evaluated(obj, view_layer)
+                row.append(Sample(frame, *volumes(obj, modifier)))
+            yield done
+        curves = [VolumeCurve.of(row) for row in samples]
+        for (obj, modifier), curve in zip(pairs, curves, strict=True):
+            _require_known(obj, modifier, curve)
+    finally:
+        scene.frame_set(before[0], subframe=before[1])
+    return curves
+
+
+def volumes(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> tuple[float, float, float]:
+    """Target, before and after of what the viewport evaluated last, each measured in float64 on the vertices that leave
+    the modifier, or would without a correction. They are known too where Preserve is 0 or the target cannot be reached;
+    NaN where no volume is enclosed."""
+    memory = state.recall(obj, modifier)
+    if memory is None or memory.written is None:
+        return UNKNOWN
+    report, left, triangles = memory.report, memory.written.vertices, memory.faces.triangles
+    target = memory.solver.bound_target()
+    if target is None or left is None or triangles is None or report.binding is None or report.asked is None:
+        return UNKNOWN
+    before = report.binding.deform(report.asked)
+    return target, measures(before, triangles).volume, measures(left, triangles).volume
+
+
+def _require_evaluated(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> None:
+    if view_layer.depsgraph is None or not obj.evaluated_get(view_layer.depsgraph).is_evaluated:
+        raise problem.Problem(f"“{obj.name}” is hidden, or in no collection of this view layer: show it first.")
+
+
+def _require_known(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, curve: VolumeCurve) -> None:
+    if not curve.is_known:
+        memory = state.recall(obj, modifier)
+        told = memory.report.problems if memory is not None else ()
+        reason = " ".join(told) or "it encloses none."
+        raise problem.Problem(f"“{obj.name}” has no volume to measure in any of these frames: {reason}")

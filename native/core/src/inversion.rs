@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! The way back through a shaped lattice: from points in space to the parameters that the lattice takes there.
+//!
+//! Newton's method, started from the affine map nearest to the lattice. Where that ends nowhere inside, the lattice is
+//! searched: boxes around small pieces of it say where to start again. What is not found then lies outside, and gets the
+//! nearest parameters. Every point is solved for itself, from the same start: results depend on neither order nor past.
+
+use std::sync::OnceLock;
+
+use glam::{DMat3, DVec3};
+
+use crate::basis::{MAX_POINTS, Span};
+use crate::lattice::{Lattice, bounds, unit_columns};
+use crate::pieces::{NEAREST, Pieces, indices};
+
+/// Sizes are of the order of 1 in the coordinates of the search. A residual below `EXACT` is left as it is; one that gets no
+/// smaller counts as zero below `ROUNDING`. Both are fractions of the largest size in the lattice.
+const EXACT: f64 = 2e-16;
+const ROUNDING: f64 = 1e-13;
+
+const NEWTON_STEPS: usize = 40;
+const HALVINGS: usize = 6;
+const NEAREST_STEPS: usize = 30;
+/// Parameters that move by less are near enough, where a point is outside.
+const NEAR_ENOUGH: f64 = 1e-9;
+const DIFFERENCE: f64 = 1e-6;
+
+/// The affine map that the search goes by is taken only where its unit columns enclose more than this volume: a worse one would
+/// cost digits.
+const FLAT_FIT: f64 = 1e-3;
+
+/// Where a shaped lattice takes a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Preimage {
+    /// Parameters (s, t, u) in the domain, where the point is inside; else the nearest ones found.
+    pub parameter: DVec3,
+    /// Whether the lattice takes the parameters to the point, to rounding.
+    pub inside: bool,
+}
+
+/// A lattice in one shape, made ready to be inverted.
+///
+/// In its coordinates `y = to_local (x - origin)` the lattice is `s + sum B(s) bend`.
+pub(crate) struct Inversion<'a> {
+    lattice: &'a Lattice,
+    /// The knots around every cell, along each axis.
+    spans: [Vec<Span>; 3],
+    origin: DVec3,
+    to_local: DMat3,
+    /// Of distances in space, and how much of plain ones they are at least.
+    metric: DMat3,
+    least: f64,
+    /// What the control points add to the affine map, in local coordinates.
+    bend: Vec<DVec3>,
+    /// Axes with more than one control point: those that have faces.
+    solid: [bool; 3],
+    /// Box of the control points in local coordinates: all that is inside is inside this.
+    hull: [DVec3; 2],
+    /// Largest size in local coordinates.
+    size: f64,
+    pieces: OnceLock<Pieces>,
+}
+
+/// The lattice at parameters: how far from a point, and its derivatives.
+struct Local {
+    residual: DVec3,
+    jacobian: DMat3,
+}
+
+impl<'a> Inversion<'a> {
+    /// `control`: checked to fit the lattice.
+    pub(crate) fn new(lattice: &'a Lattice, control: &[DVec3]) -> Self {
+        let solid = lattice.axes().each_ref().map(|axis| axis.count() > 1);
+        let (origin, frame) = nearest_affine(lattice, control);
+        let to_local = inverse(frame);
+        let grid = abscissae(lattice);
+        // About the frame's origin first, so that a lattice far away loses no more digits than it has to.
+        let bend: Vec<DVec3> =
+            control.iter().zip(&grid).map(|(p, s)| to_local * (p - origin - frame * *s)).collect();
+        let size = 1.0 + bend.iter().map(|d| d.abs().max_element()).fold(0.0, f64::max);
+        let spans =
+            lattice.axes().each_ref().map(|axis| (0..axis.cells()).map(|cell| axis.span(cell)).collect());
+        let placed: Vec<DVec3> = grid.iter().zip(&bend).map(|(s, d)| s + d).collect();
+        let hull = bounds(&placed).into();
+        let metric = frame.transpose() * frame;
+        let least = to_local.to_cols_array().iter().map(|c| c * c).sum::<f64>().recip();
+        Self {
+            lattice,
+            spans,
+            origin,
+            to_local,
+            metric,
+            least,
+            bend,
+            solid,
+            hull,
+            size,
+            pieces: OnceLock::new(),
+        }
+    }
+
+    /// Where the lattice takes `point`; parameters within `tolerance` of the domain count as in it. `nearest`: whether a point
+    /// outside needs the nearest parameters, or only parameters on the faces that it lies beyond, which cost far less.
+    pub(crate) fn find(&self, point: DVec3, tolerance: f64, nearest: bool) -> Preimage {
+        let local = self.to_local * (point - self.origin);
+        if let Some(parameter) = self.beyond_hull(local, tolerance) {
+            return if nearest { self.nearest_of(&[], local) } else { Preimage { parameter, inside: false } };
+        }
+        let first = self.newton(local, local);
+        if let Some(parameter) = first.filter(|s| self.is_inside(*s, tolerance)) {
+            return Preimage { parameter, inside: true };
+        }
+        let mut starts = self.pieces().holding(local, self.metric);
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (_, start) in &starts {
+            let found = self.newton(local, *start).filter(|s| self.is_inside(*s, tolerance));
+            if let Some(parameter) = found {
+                return Preimage { parameter, inside: true };
+            }
+        }
+        match first {
+            Some(beyond) if !nearest => Preimage { parameter: self.clamped(beyond), inside: false },
+            _ => self.nearest_of(&starts, local),
+        }
+    }
+
+    /// For a point beyond the box of the control points, parameters on the faces on those sides.
+    fn beyond_hull(&self, local: DVec3, tolerance: f64) -> Option<DVec3> {
+        let [low, high] = self.hull;
+        let mut parameter = self.clamped(local);
+        let mut is_beyond = false;
+        for axis in (0..3).filter(|&axis| self.solid[axis]) {
+            let room = tolerance + ROUNDING * self.size;
+            let (below, above) = (local[axis] < low[axis] - room, local[axis] > high[axis] + room);
+            if below || above {
+                (parameter[axis], is_beyond) = (f64::from(u8::from(above)), true);
+            }
+        }
+        is_beyond.then_some(parameter)
+    }
+
+    /// The nearest place from a few starts, or from the nearest pieces where there are none.
+    fn nearest_of(&self, starts: &[(f64, DVec3)], local: DVec3) -> Preimage {
+        let pieces = self.pieces().nearest(local, self.metric, self.least);
+        let found = starts.iter().take(NEAREST).chain(&pieces).map(|(_, start)| self.nearest(local, *start));
+        let (distance, parameter) = found
+            .map(|at| (self.distance(&self.evaluate(at, local)), at))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap_or((f64::INFINITY, local));
+        // Where numbers overflow there is no nearest place: any other than NaN.
+        let parameter = if parameter.is_finite() { parameter } else { DVec3::splat(0.5) };
+        // On its way along the faces it may have come to the point itself.
+        let inside =
+            distance.is_finite() && self.evaluate(parameter, local).residual.length() <= ROUNDING * self.size;
+        Preimage { parameter, inside }
+    }
+
+    /// The squared distance in space.
+    fn distance(&self, here: &Local) -> f64 {
+        here.residual.dot(self.metric * here.residual)
+    }
+
+    fn is_inside(&self, parameter: DVec3, tolerance: f64) -> bool {
+        (0..3).all(|axis| !self.solid[axis] || (-tolerance..=1.0 + tolerance).contains(&parameter[axis]))
+    }
+
+    /// Newton's method with halved steps; `None` where it does not end at the point. Beyond the domain the lattice goes on by
+    /// its affine map, so iterates may leave it and come back.
+    fn newton(&self, local: DVec3, start: DVec3) -> Option<DVec3> {
+        let mut at = start;
+        let mut here = self.evaluate(at, local);
+        for _ in 0..NEWTON_STEPS {
+            let error = here.residual.length();
+            if error <= EXACT * self.size {
+                break;
+            }
+            let Some((next, there)) = self.step(at, &here, local) else { break };
+            (at, here) = (next, there);
+        }
+        (here.residual.length() <= ROUNDING * self.size).then_some(at)
+    }
+
+    /// The longest of the halved steps that comes nearer; `None` where none does.
+    fn step(&self, at: DVec3, here: &Local, local: DVec3) -> Option<(DVec3, Local)> {
+        let error = here.residual.length();
+        let step = -(here.jacobian.inverse() * here.residual);
+        if !step.is_finite() {
+            return None;
+        }
+        // What is as good as zero may lose its last digits, but is not worth a search.
+        let halvings = if error <= ROUNDING * self.size { 0 } else { HALVINGS };
+        (0..=halvings).find_map(|halved| {
+            let next = at + step * 0.5f64.powi(halved as i32);
+            let there = self.evaluate(next, local);
+            (there.residual.length() < error).then_some((next, there))
+        })
+    }
+
+    /// Parameters in the domain where the lattice comes nearest to the point, from a start: Newton's method on the squared
+    /// distance, on the faces where it leads beyond them.
+    fn nearest(&self, local: DVec3, start: DVec3) -> DVec3 {
+        let mut at = self.clamped(start);
+        let mut here = self.evaluate(at, local);
+        for _ in 0..NEAREST_STEPS {
+            let downhill = self.downhill(&here);
+            let free: [bool; 3] = std::array::from_fn(|axis| {
+                let stuck =
+                    (at[axis] <= 0.0 && downhill[axis] < 0.0) || (at[axis] >= 1.0 && downhill[axis] > 0.0);
+                !(self.solid[axis] && stuck)
+            });
+            let gentle = here.jacobian.transpose() * self.metric * here.jacobian;
+            let step = reduced_step(self.curvature(at, downhill, local), downhill, free)
+                .or_else(|| reduced_step(gentle, downhill, free));
+            let better = step.and_then(|step| {
+                (0..=HALVINGS).find_map(|halved| {
+                    let next = self.clamped(at + step * 0.5f64.powi(halved as i32));
+                    let there = self.evaluate(next, local);
+                    (self.distance(&there) < self.distance(&here)).then_some((next, there))
+                })
+            });
+            let Some((next, there)) = better else { break };
+            let moved = (next - at).abs().max_element();
+            (at, here) = (next, there);
+            if moved < NEAR_ENOUGH {
+                break;
+            }
+        }
+        at
+    }
+
+    /// Minus half the derivative of the squared distance.
+    fn downhill(&self, here: &Local) -> DVec3 {
+        -(here.jacobian.transpose() * (self.metric * here.residual))
+    }
+
+    /// Half the second derivative of the squared distance, by differences into the domain.
+    fn curvature(&self, at: DVec3, downhill: DVec3, local: DVec3) -> DMat3 {
+        let column = |axis: usize| {
+            let step = if at[axis] > 0.5 { -DIFFERENCE } else { DIFFERENCE };
+            let mut beside = at;
+            beside[axis] += step;
+            (downhill - self.downhill(&self.evaluate(beside, local))) / step
+        };
+        let matrix = DMat3::from_cols(column(0), column(1), column(2));
+        (matrix + matrix.transpose()) * 0.5
+    }
+
+    fn clamped(&self, parameter: DVec3) -> DVec3 {
+        let mut clamped = parameter;
+        (0..3)
+            .filter(|&axis| self.solid[axis])
+            .for_each(|axis| clamped[axis] = clamped[axis].clamp(0.0, 1.0));
+        clamped
+    }
+
+    /// The lattice at `parameter`, less `local`, and its derivatives; beyond the domain the bend stays that of the nearest
+    /// parameters.
+    fn evaluate(&self, parameter: DVec3, local: DVec3) -> Local {
+        let [_, nv, nw] = self.lattice.shape();
+        let mut weights = [[0.0; MAX_POINTS]; 3];
+        let mut slopes = [[0.0; MAX_POINTS]; 3];
+        let mut first = [0; 3];
+        let mut taps = [0; 3];
+        for axis in 0..3 {
+            let (basis, t) = (&self.lattice.axes()[axis], parameter[axis].clamp(0.0, 1.0));
+            let cell = basis.cell(t);
+            (first[axis], taps[axis]) = (basis.first_point(cell), basis.degree() + 1);
+            self.spans[axis][cell].evaluate_with_slopes(t, &mut weights[axis], &mut slopes[axis]);
+            if t != parameter[axis] {
+                slopes[axis].fill(0.0);
+            }
+        }
+        // Along u first, then t, then s: each sum with its value and its slopes.
+        let [mut value, mut by_s, mut by_t, mut by_u] = [DVec3::ZERO; 4];
+        for i in 0..taps[0] {
+            let [mut plane, mut plane_t, mut plane_u] = [DVec3::ZERO; 3];
+            for j in 0..taps[1] {
+                let row = ((first[0] + i) * nv + first[1] + j) * nw + first[2];
+                let [mut line, mut line_u] = [DVec3::ZERO; 2];
+                for (k, &point) in self.bend[row..row + taps[2]].iter().enumerate() {
+                    line += weights[2][k] * point;
+                    line_u += slopes[2][k] * point;
+                }
+                plane += weights[1][j] * line;
+                plane_t += slopes[1][j] * line;
+                plane_u += weights[1][j] * line_u;
+            }
+            value += weights[0][i] * plane;
+            by_s += slopes[0][i] * plane;
+            by_t += weights[0][i] * plane_t;
+            by_u += weights[0][i] * plane_u;
+        }
+        Local {
+            residual: (parameter - local) + value,
+            jacobian: DMat3::from_cols(DVec3::X + by_s, DVec3::Y + by_t, DVec3::Z + by_u),
+        }
+    }
+
+    fn pieces(&self) -> &Pieces {
+        self.pieces.get_or_init(|| Pieces::new(self.lattice, &self.bend))
+    }
+}
+
+/// The affine map nearest to a shaped lattice, as its origin and edges: control points over their abscissae, by least squares.
+/// On a tensor grid the axes do not depend on each other. Axes with one control point keep the lattice's edge; the lattice's own
+/// frame is taken where the nearest map is all but flat.
+fn nearest_affine(lattice: &Lattice, control: &[DVec3]) -> (DVec3, DMat3) {
+    let grid = abscissae(lattice);
+    let count = control.len() as f64;
+    let (middle, centre) = (control.iter().sum::<DVec3>() / count, grid.iter().sum::<DVec3>() / count);
+    let mut edges = lattice.edges();
+    for axis in 0..3 {
+        let spread: f64 = grid.iter().map(|s| (s[axis] - centre[axis]).powi(2)).sum();
+        if lattice.axes()[axis].count() > 1 {
+            let lever = grid.iter().zip(control).map(|(s, p)| (s[axis] - centre[axis]) * (p - middle));
+            *edges.col_mut(axis) = lever.sum::<DVec3>() / spread;
+        }
+    }
+    let is_sound = edges.is_finite() && unit_columns(edges).determinant().abs() > FLAT_FIT;
+    let frame = if is_sound { edges } else { lattice.edges() };
+    (middle - frame * centre, frame)
+}
+
+/// Parameters at which the control points stand at rest.
+fn abscissae(lattice: &Lattice) -> Vec<DVec3> {
+    let at = |index: [usize; 3]| {
+        DVec3::from_array(std::array::from_fn(|axis| lattice.axes()[axis].greville(index[axis])))
+    };
+    indices(lattice.shape()).map(at).collect()
+}
+
+/// By columns of length one, so that edges of very different lengths cost no digits.
+fn inverse(frame: DMat3) -> DMat3 {
+    let lengths = DVec3::new(frame.x_axis.length(), frame.y_axis.length(), frame.z_axis.length());
+    DMat3::from_diagonal(lengths.recip()) * unit_columns(frame).inverse()
+}
+
+/// The step that solves `matrix step = right` on the free axes; `None` where it does not lead the way of `right`.
+fn reduced_step(mut matrix: DMat3, mut right: DVec3, free: [bool; 3]) -> Option<DVec3> {
+    for axis in (0..3).filter(|&axis| !free[axis]) {
+        for other in 0..3 {
+            matrix.col_mut(axis)[other] = 0.0;
+            matrix.col_mut(other)[axis] = 0.0;
+        }
+        matrix.col_mut(axis)[axis] = 1.0;
+        right[axis] = 0.0;
+    }
+    let step = matrix.inverse() * right;
+    (step.is_finite() && step.dot(right) > 0.0).then_some(step)
+}
