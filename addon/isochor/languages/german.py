@@ -232,7 +232,6 @@ TEXTS = {
     "With a shape key: switch the Volume Lattice off in viewport and renders instead of removing it": "Bei einem Formschlüssel: das Volumengitter in Ansicht und Renderings ausschalten, statt es zu entfernen",
     "Single User": "Einzelnutzer",
     "Give an object that shares its mesh, or has it from another file, one of its own": "Einem Objekt, das sein Netz teilt oder aus einer anderen Datei hat, ein eigenes geben",
-    "No object of the scene has a Volume Lattice that renders see: there is nothing to do.": "Kein Objekt der Szene hat ein Volumengitter, das Renderings sehen: es gibt nichts zu tun.",
     "The .blend is not saved yet, so there is no folder beside it: save it, or give a folder.": "Die .blend-Datei ist noch nicht gespeichert, also gibt es keinen Ordner daneben: sie speichern oder einen Ordner angeben.",
     # Overlay
     "Overlay": "Einblendung",
