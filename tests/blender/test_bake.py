@@ -2,6 +2,7 @@
 """Baking to point caches: what plays afterwards, without the add-on, is what was seen before."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -352,3 +353,77 @@ def test_problems_are_told_with_their_frames_and_do_not_stop_the_bake(tmp_path, 
     held = cached(tmp_path / "Ball.pc2")
     assert np.array_equal(held[4], scenes.positions(ball.data).astype(np.float32))
     assert not np.array_equal(held[3], held[4])
+
+
+class Window:
+    """As much of a window as a running operator uses, and what it showed."""
+
+    def __init__(self) -> None:
+        self.window = self.window_manager = self.workspace = self
+        self.texts: list[str | None] = []
+        self.timers = 0
+
+    def event_timer_add(self, _seconds: float, window: object) -> str:
+        assert window is self
+        self.timers += 1
+        return "timer"
+
+    def event_timer_remove(self, timer: str) -> None:
+        assert timer == "timer"
+        self.timers -= 1
+
+    def status_text_set(self, text: str | None) -> None:
+        self.texts.append(text)
+
+    def progress_begin(self, _low: float, _high: float) -> None: ...
+
+    def progress_update(self, share: float) -> None:
+        assert 0.0 < share <= 1.0
+
+    def progress_end(self) -> None: ...
+
+    def modal_handler_add(self, _operator: object) -> None: ...
+
+
+def running(obj: bpy.types.Object, path: Path):
+    """A bake to PC2 as an operator runs it in a window: the operator and the window."""
+    frames, files, stepping = (scenes.part(name) for name in ("tool.frames", "tool.bake_file", "ui.stepping"))
+    stepping_operator = type("Operator", (stepping.Stepping,), {"report": lambda self, kind, text: said.append(text)})
+    said: list[str] = []
+    operator, window = stepping_operator(), Window()
+    operator._with_progress = True
+    bake = files.bake(bpy.context, frames.targets([obj]), [path], files.Plan("PC2", 1, FRAMES))
+    assert operator.run(window, bake) == {"RUNNING_MODAL"}
+    return operator, window, said
+
+
+def test_a_bake_in_a_window_tells_how_far_it_is(tmp_path, monkeypatch):
+    ball, _ = bouncing()
+    monkeypatch.setattr(scenes.part("ui.stepping"), "PATIENCE_S", 0.0001)
+    operator, window, said = running(ball, tmp_path / "Ball.pc2")
+    ends = [operator.modal(window, SimpleNamespace(type="TIMER", value="NOTHING")) for _ in range(FRAMES + 1)]
+    assert ends == [{"RUNNING_MODAL"}] * FRAMES + [{"FINISHED"}]
+    assert window.texts[2].startswith("Baking frame 3: 3 of 8.")
+    assert window.texts[-1] is None
+    assert window.timers == 0
+    assert not said
+    assert len(cached(tmp_path / "Ball.pc2")) == FRAMES
+    assert len(ball.modifiers) == 2
+
+
+def test_escape_ends_a_bake_in_a_window_and_leaves_nothing_behind(tmp_path, monkeypatch):
+    ball, modifier = bouncing()
+    monkeypatch.setattr(scenes.part("ui.stepping"), "PATIENCE_S", 0.0001)
+    (tmp_path / "Ball.pc2").write_bytes(b"from before")
+    operator, window, said = running(ball, tmp_path / "Ball.pc2")
+    for _ in range(3):
+        assert operator.modal(window, SimpleNamespace(type="TIMER", value="NOTHING")) == {"RUNNING_MODAL"}
+    assert operator.modal(window, SimpleNamespace(type="MOUSEMOVE", value="NOTHING")) == {"RUNNING_MODAL"}
+    assert bpy.context.scene.frame_current == 3
+    assert operator.modal(window, SimpleNamespace(type="ESC", value="PRESS")) == {"CANCELLED"}
+    assert said == ["Bake cancelled: nothing was written"]
+    assert window.timers == 0
+    assert [(file.name, file.read_bytes()) for file in tmp_path.iterdir()] == [("Ball.pc2", b"from before")]
+    assert bpy.context.scene.frame_current == 1
+    assert modifier.show_viewport
+    assert len(ball.modifiers) == 1

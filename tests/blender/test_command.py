@@ -144,6 +144,22 @@ def test_join_names_what_is_missing_damaged_or_outdated(film, tmp_path, capsys):
     assert names(out) == ["parts"]
 
 
+def test_parts_are_outdated_once_a_linked_library_has_changed(film, tmp_path, capsys):
+    scenes.empty_file()
+    with bpy.data.libraries.load(str(film), link=True, relative=True) as (_found, wanted):
+        wanted.objects = ["Ball"]
+    bpy.context.scene.collection.objects.link(wanted.objects[0])
+    wanted.objects[0].override_create(remap_local_usages=True)
+    shot, out = saved(tmp_path / "shot.blend"), tmp_path / "out"
+    part = ["bake", shot, "--frames", "1-2", "--part-of", "1-2", "--output", out]
+    assert command(*part) == 0
+    assert command("join", shot, "--frames", "1-2", "--output", out) == 0
+    bpy.ops.wm.open_mainfile(filepath=str(film))
+    bpy.context.scene.frame_end += 1
+    saved(film)
+    assert "another version of the .blend" in told(capsys, "join", shot, "--frames", "1-2", "--output", out)
+
+
 def test_resume_makes_only_what_is_not_there_and_sound(film, tmp_path):
     out, whole = tmp_path / "out", tmp_path / "whole"
     assert command("bake", film, "--frames", "1-10", "--output", whole) == 0

@@ -11,7 +11,7 @@ import bpy
 from ..core import point_cache, problem
 from ..core.atomic_file import atomic
 from ..core.tally import Tally
-from . import baked, cache_places, frames, recording, stack
+from . import baked, cache_places, frames, recording, stack, state
 
 NAME = "Volume Lattice Cache"
 FASTEST = 100
@@ -112,6 +112,7 @@ def play(target: frames.Target, path: str, plan: Plan) -> list[str]:
     stack.move_behind(cache, target.last)
     differing = _differing(target)
     baked.switch_over(obj, cache, ("render",) if differing else ("viewport", "render"))
+    state.forget([obj])
     return [_only_renders(obj.name, differing)] if differing else []
 
 

@@ -22,7 +22,15 @@ def open_file(path: Path) -> None:
 
 
 def fingerprint(path: Path) -> str:
-    """SHA-256 of the file, hexadecimal."""
+    """SHA-256 of the open file and of the libraries that it links, hexadecimal."""
+    found = [_digest(path)]
+    for library in sorted(bpy.data.libraries, key=lambda library: library.filepath):
+        place = Path(bpy.path.abspath(library.filepath, library=library.parent))
+        found.append(_digest(place) if place.is_file() else "missing")
+    return found[0] if len(found) == 1 else hashlib.sha256("\n".join(found).encode()).hexdigest()
+
+
+def _digest(path: Path) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -31,8 +39,8 @@ def chosen_targets(names: list[str]) -> list[frames.Target]:
     """The objects of these names; without names, all that renders see and that have a Volume Lattice which they see."""
     if names:
         return frames.targets([_named(name) for name in dict.fromkeys(names)])
-    view = bpy.context.view_layer
-    users = [obj for obj in stack.users(node_group.all_groups()) if obj.name in view.objects and not obj.hide_render]
+    shown = set(bpy.context.view_layer.objects)
+    users = [obj for obj in stack.users(node_group.all_groups()) if obj in shown and not obj.hide_render]
     found = [obj for obj in users if any(baked.seen_by_renders(obj, modifier) for modifier in stack.ours(obj))]
     if not found:
         raise Problem("No object of the scene has a Volume Lattice that renders see: there is nothing to do.")
@@ -52,7 +60,9 @@ def tell_done() -> None:
 
 
 def _named(name: str) -> bpy.types.Object:
-    found = bpy.context.scene.objects.get(name)
+    all_objects = bpy.context.scene.objects
+    # A linked object and its override may have the same name.
+    found = next((obj for obj in all_objects if obj.name == name and obj.is_editable), all_objects.get(name))
     if found is None:
         elsewhere = " in this scene" if name in bpy.data.objects else ""
         raise Problem(f"There is no object “{name}”{elsewhere}: correct the name, in capitals and small letters too.")
