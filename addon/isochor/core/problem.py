@@ -201,6 +201,16 @@ def nothing_selected(name: str) -> str:
     return Sentence("No point of “{name}” is selected: select some, or turn off Only Selected.", name=name)
 
 
+def bound_to(name: str, users: list[str]) -> str:
+    """Meshes whose rest was set would move with the lattice, instead of getting a box that fits."""
+    return Sentence(
+        "{users}: the rest with “{name}” was set, so moving that would move the mesh. Clear Rest first, and set it"
+        " again afterwards.",
+        users=", ".join(users),
+        name=name,
+    )
+
+
 def constrained(name: str, constraints: list[str]) -> str:
     """Constraints decide where a lattice object stands."""
     return Sentence(

@@ -59,11 +59,15 @@ def draw_modifier_entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> No
 
 
 def draw_object_entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    """A menu of our own in the Object menu of the 3D View."""
+    """A menu of our own in the Object menu of the 3D View, and in the Lattice menu of a lattice's Edit Mode."""
     menu.layout.menu(VIEW3D_MT_isochor.__name__, icon="MOD_LATTICE")
 
 
-PLACES = (("OBJECT_MT_modifier_add_deform", draw_modifier_entry), ("VIEW3D_MT_object", draw_object_entry))
+PLACES = (
+    ("OBJECT_MT_modifier_add_deform", draw_modifier_entry),
+    ("VIEW3D_MT_object", draw_object_entry),
+    ("VIEW3D_MT_edit_lattice", draw_object_entry),
+)
 
 
 def register() -> None:
