@@ -33,9 +33,19 @@ fn ball() -> Mesh {
     mesh
 }
 
-fn body(lattice: &Lattice, material: Material, mesh: &Mesh, control: Vec<DVec3>, velocity: Vec<DVec3>) -> Elastic {
-    let carried =
-        Carried { vertices: &mesh.vertices, triangles: &mesh.triangles, influence: None, outside: Outside::Extend };
+fn body(
+    lattice: &Lattice,
+    material: Material,
+    mesh: &Mesh,
+    control: Vec<DVec3>,
+    velocity: Vec<DVec3>,
+) -> Elastic {
+    let carried = Carried {
+        vertices: &mesh.vertices,
+        triangles: &mesh.triangles,
+        influence: None,
+        outside: Outside::Extend,
+    };
     let pinned = vec![false; control.len()];
     Elastic::new(lattice, material, carried, Start { control, velocity, pinned }).unwrap()
 }
@@ -80,7 +90,8 @@ fn rest_stays_at_rest() {
         let lattice = cube(shape);
         let mut still = resting(&lattice, material(), &ball());
         (0..48).for_each(|_| still.step(FRAME, None).unwrap());
-        let moved = still.control().iter().zip(lattice.rest()).map(|(p, r)| p.distance(r)).fold(0.0, f64::max);
+        let moved =
+            still.control().iter().zip(lattice.rest()).map(|(p, r)| p.distance(r)).fold(0.0, f64::max);
         assert!(moved < 1e-11, "{shape:?}: {moved:e}");
     }
 }
@@ -95,7 +106,9 @@ fn momentum_and_spin_are_kept_without_a_ground() {
         free.step(FRAME, None).unwrap();
         let now = free.totals();
         assert!(now.momentum.distance(start.momentum) < 1e-11 * start.mass);
-        assert!(now.angular_momentum.distance(start.angular_momentum) < 1e-9 * start.angular_momentum.length());
+        assert!(
+            now.angular_momentum.distance(start.angular_momentum) < 1e-9 * start.angular_momentum.length()
+        );
     }
 }
 
@@ -104,7 +117,8 @@ fn what_turns_goes_on_turning_with_its_volume() {
     let lattice = cube([4, 4, 4]);
     let spin = DVec3::new(0.3, 0.4, 2.0);
     let velocity = lattice.rest().iter().map(|p| spin.cross(*p)).collect();
-    let mut turning = body(&lattice, Material { damping: 0.1, ..material() }, &ball(), lattice.rest(), velocity);
+    let mut turning =
+        body(&lattice, Material { damping: 0.1, ..material() }, &ball(), lattice.rest(), velocity);
     let start = turning.totals().angular_momentum;
     for _ in 0..96 {
         turning.step(FRAME, None).unwrap();
@@ -127,7 +141,11 @@ fn energy_does_not_grow_and_damping_brings_rest() {
             most = most.max(energy(&dropped));
         }
         let drop = 9.81 * 1.5 * dropped.totals().mass;
-        assert!(most - start < 2e-2 * drop, "damping {damping}: {} of the drop's energy gained", (most - start) / drop);
+        assert!(
+            most - start < 2e-2 * drop,
+            "damping {damping}: {} of the drop's energy gained",
+            (most - start) / drop
+        );
         let [kinetic, ..] = dropped.totals().energy;
         if damping > 0.0 {
             assert!(kinetic < 1e-3 * drop, "damping {damping}: {:e} {:?}", kinetic / drop, dropped.totals());
@@ -139,7 +157,8 @@ fn energy_does_not_grow_and_damping_brings_rest() {
 fn the_surface_stays_above_the_ground_and_keeps_its_volume() {
     for frequency in [0.5, 2.0, 8.0] {
         let lattice = cube([4, 4, 4]);
-        let material = Material { frequency, damping: 0.1, gravity: DOWN, ground: floor(-4.0, 0.5), ..material() };
+        let material =
+            Material { frequency, damping: 0.1, gravity: DOWN, ground: floor(-4.0, 0.5), ..material() };
         let mut dropped = resting(&lattice, material, &ball());
         let (mut lowest, mut worst) = (f64::INFINITY, 0.0_f64);
         for _ in 0..24 * 6 {
@@ -205,8 +224,13 @@ fn friction_brings_a_sliding_body_to_rest_and_ice_does_not() {
         let side = |corner: u32, axis: u32| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
         let vertices = (0..8).map(|corner| [0, 1, 2].map(|axis| side(corner, axis))).collect();
         let mesh = Mesh { vertices, triangles: vec![] };
-        let material =
-            Material { frequency: 10.0, damping: 0.5, gravity: DOWN, ground: floor(-1.0, friction), ..material() };
+        let material = Material {
+            frequency: 10.0,
+            damping: 0.5,
+            gravity: DOWN,
+            ground: floor(-1.0, friction),
+            ..material()
+        };
         let mut sliding = body(&lattice, material, &mesh, lattice.rest(), vec![DVec3::X * 2.0; 27]);
         (0..48).for_each(|_| sliding.step(FRAME, None).unwrap());
         (sliding.totals().centre.x, sliding.totals().momentum.x / sliding.totals().mass)
@@ -223,8 +247,12 @@ fn pinned_points_go_where_they_are_led_and_carry_the_rest_along() {
     let lattice = cube([4, 4, 4]);
     let pinned: Vec<bool> = lattice.rest().iter().map(|p| p.z > 1.0).collect();
     let mesh = ball();
-    let carried =
-        Carried { vertices: &mesh.vertices, triangles: &mesh.triangles, influence: None, outside: Outside::Extend };
+    let carried = Carried {
+        vertices: &mesh.vertices,
+        triangles: &mesh.triangles,
+        influence: None,
+        outside: Outside::Extend,
+    };
     let start = Start { control: lattice.rest(), velocity: vec![DVec3::ZERO; 64], pinned: pinned.clone() };
     let material = Material { frequency: 6.0, damping: 0.5, gravity: DOWN, ..material() };
     let mut hung = Elastic::new(&lattice, material, carried, start).unwrap();
@@ -271,8 +299,13 @@ fn no_setting_in_range_explodes() {
         for frequency in [0.1, 1.0, 10.0, 50.0] {
             for damping in [0.0, 0.1, 2.0] {
                 let lattice = cube(shape);
-                let material =
-                    Material { frequency, damping, gravity: DOWN * 3.0, ground: floor(-1.5, 1.0), ..material() };
+                let material = Material {
+                    frequency,
+                    damping,
+                    gravity: DOWN * 3.0,
+                    ground: floor(-1.5, 1.0),
+                    ..material()
+                };
                 let velocity = noise(lattice.len(), 20.0, 8);
                 let mut body = body(&lattice, material, &ball(), disturbed(&lattice, 0.5, 2), velocity);
                 let start = energy(&body) + 30.0 * 1.5 * body.totals().mass;
@@ -280,7 +313,10 @@ fn no_setting_in_range_explodes() {
                     body.step(FRAME, None).unwrap();
                 }
                 let end = energy(&body) + 30.0 * 1.5 * body.totals().mass;
-                assert!(end < 1.3 * start, "{shape:?} {frequency} Hz, damping {damping}: {start:e} to {end:e}");
+                assert!(
+                    end < 1.3 * start,
+                    "{shape:?} {frequency} Hz, damping {damping}: {start:e} to {end:e}"
+                );
             }
         }
     }
@@ -330,8 +366,12 @@ fn an_open_surface_is_refused_with_its_edges() {
     let lattice = cube([3, 3, 3]);
     let mut mesh = ball();
     mesh.triangles.pop();
-    let carried =
-        Carried { vertices: &mesh.vertices, triangles: &mesh.triangles, influence: None, outside: Outside::Keep };
+    let carried = Carried {
+        vertices: &mesh.vertices,
+        triangles: &mesh.triangles,
+        influence: None,
+        outside: Outside::Keep,
+    };
     let start = Start { control: lattice.rest(), velocity: vec![DVec3::ZERO; 27], pinned: vec![false; 27] };
     let found = Elastic::new(&lattice, material(), carried, start);
     assert!(matches!(&found, Err(Error::Mesh(text)) if text.contains("3 edges")), "{found:?}");

@@ -65,7 +65,8 @@ impl Cells {
     /// Finds the rotations of a state that nothing is known of.
     pub(super) fn start(&mut self, positions: &[DVec3]) {
         let corners = &self.corners;
-        let found = corners.par_iter().with_min_len(SHARE).map(|c| rotation::nearest_of_all(c.gradient(positions)));
+        let found =
+            corners.par_iter().with_min_len(SHARE).map(|c| rotation::nearest_of_all(c.gradient(positions)));
         found.collect_into_vec(&mut self.rotations);
     }
 
@@ -140,7 +141,13 @@ impl Corner {
         sum
     }
 
-    fn forces(&self, positions: &[DVec3], velocities: &[DVec3], rotation: DMat3, modulus: Modulus) -> [DVec3; 4] {
+    fn forces(
+        &self,
+        positions: &[DVec3],
+        velocities: &[DVec3],
+        rotation: DMat3,
+        modulus: Modulus,
+    ) -> [DVec3; 4] {
         let gradient = self.gradient(positions);
         let strain = gradient - rotation * self.span;
         // The rate of Green's strain is zero for whatever turns; slowed where stretched, so that one substep can carry it.
@@ -196,9 +203,16 @@ fn corner(point: usize, next: [Option<usize>; 3], share: f64, rest: &[DVec3]) ->
     let present = |axis: usize| next[axis].is_some();
     let row = |axis: usize| if present(axis) { inverse.col(axis) } else { DVec3::ZERO };
     let rows = [row(0), row(1), row(2)];
-    let span = (0..3).map(|axis| outer(edges.col(axis), rows[axis])).fold(DMat3::ZERO, |sum, part| sum + part);
+    let span =
+        (0..3).map(|axis| outer(edges.col(axis), rows[axis])).fold(DMat3::ZERO, |sum, part| sum + part);
     let index = |next: Option<usize>| next.map_or(NONE, |next| next as u32);
-    Corner { point: point as u32, next: next.map(index), rows, span, volume: share * edges.determinant().abs() }
+    Corner {
+        point: point as u32,
+        next: next.map(index),
+        rows,
+        span,
+        volume: share * edges.determinant().abs(),
+    }
 }
 
 /// The edges as columns; those that are missing replaced by unit vectors across the others.

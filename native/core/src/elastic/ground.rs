@@ -63,7 +63,14 @@ impl Ground {
 
 impl Contact {
     /// Begins a substep at these control points. A vertex that is below already may come up by `rise` at most.
-    pub(super) fn begin(&mut self, ground: &Ground, skin: &Skin, control: &[DVec3], inverse_mass: &[f64], rise: f64) {
+    pub(super) fn begin(
+        &mut self,
+        ground: &Ground,
+        skin: &Skin,
+        control: &[DVec3],
+        inverse_mass: &[f64],
+        rise: f64,
+    ) {
         if self.give.len() != skin.len() {
             let give = |v| skin.row(v).map(|(point, weight)| weight * weight * inverse_mass[point]).sum();
             self.give = (0..skin.len()).map(give).collect();
@@ -153,7 +160,8 @@ impl Contact {
                 let place = if sweep % 2 == 1 { held.len() - 1 - place } else { place };
                 let vertex = self.touching[place];
                 let most = ground.friction * self.push[vertex];
-                let moved = skin.row(vertex).map(|(p, weight)| (control[p] - before[p]) * weight).sum::<DVec3>();
+                let moved =
+                    skin.row(vertex).map(|(p, weight)| (control[p] - before[p]) * weight).sum::<DVec3>();
                 let slid = moved - ground.normal * moved.dot(ground.normal);
                 let hold = (held[place] - slid / self.give[vertex]).clamp_length_max(most);
                 let change = hold - held[place];

@@ -133,7 +133,11 @@ impl Elastic {
         lattice.displacement(&start.control)?;
         check_velocity(&start.velocity, lattice.len())?;
         if start.pinned.len() != lattice.len() {
-            return Err(Error::Lattice(format!("pinned: found {}, expected {}", start.pinned.len(), lattice.len())));
+            return Err(Error::Lattice(format!(
+                "pinned: found {}, expected {}",
+                start.pinned.len(),
+                lattice.len()
+            )));
         }
         let Carried { vertices, triangles, influence, outside } = carried;
         let skin = Skin::new(lattice, vertices, triangles.to_vec(), influence, outside)?;
@@ -192,7 +196,8 @@ impl Elastic {
 
     /// Mass, momentum and energy.
     pub fn totals(&self) -> Totals {
-        let all = || self.cells.mass.iter().zip(&self.position).zip(&self.velocity).map(|((m, x), v)| (*m, *x, *v));
+        let all =
+            || self.cells.mass.iter().zip(&self.position).zip(&self.velocity).map(|((m, x), v)| (*m, *x, *v));
         let mass: f64 = self.cells.mass.iter().sum();
         let centre = all().map(|(m, x, _)| x * m).sum::<DVec3>() / mass;
         let stretch = self.wave_speed().powi(2);
@@ -318,7 +323,9 @@ impl Elastic {
         }
         let most = LONGEST_SHIFT * self.cells.extent / steepest;
         let push = (lacking / slope).clamp(-most, most);
-        for ((position, gradient), weight) in self.position.iter_mut().zip(&self.pressure).zip(&self.inverse_mass) {
+        for ((position, gradient), weight) in
+            self.position.iter_mut().zip(&self.pressure).zip(&self.inverse_mass)
+        {
             *position += *gradient * (push * weight);
         }
     }
@@ -369,11 +376,18 @@ fn check_velocity(velocity: &[DVec3], count: usize) -> Result<()> {
 
 fn check_targets(targets: &[DVec3], inverse_mass: &[f64]) -> Result<()> {
     if targets.len() != inverse_mass.len() {
-        return Err(Error::Lattice(format!("targets: found {}, expected {}", targets.len(), inverse_mass.len())));
+        return Err(Error::Lattice(format!(
+            "targets: found {}, expected {}",
+            targets.len(),
+            inverse_mass.len()
+        )));
     }
-    let bad = targets.iter().zip(inverse_mass).position(|(target, &weight)| weight == 0.0 && !target.is_finite());
+    let bad =
+        targets.iter().zip(inverse_mass).position(|(target, &weight)| weight == 0.0 && !target.is_finite());
     match bad {
-        Some(i) => Err(Error::Lattice(format!("targets: found NaN or infinity at the pinned control point {i}"))),
+        Some(i) => {
+            Err(Error::Lattice(format!("targets: found NaN or infinity at the pinned control point {i}")))
+        }
         None => Ok(()),
     }
 }

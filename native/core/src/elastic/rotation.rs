@@ -20,7 +20,8 @@ pub(super) fn nearest(matrix: DMat3, start: DQuat) -> DQuat {
     let mut rotation = start;
     for _ in 0..ROUNDS {
         let r = DMat3::from_quat(rotation);
-        let across = r.x_axis.cross(matrix.x_axis) + r.y_axis.cross(matrix.y_axis) + r.z_axis.cross(matrix.z_axis);
+        let across =
+            r.x_axis.cross(matrix.x_axis) + r.y_axis.cross(matrix.y_axis) + r.z_axis.cross(matrix.z_axis);
         let turn = across / (along(r, matrix).abs() + 1e-9 * scale);
         let angle = turn.length();
         if angle < SMALLEST_TURN {
@@ -33,7 +34,8 @@ pub(super) fn nearest(matrix: DMat3, start: DQuat) -> DQuat {
 
 /// The same without a start to trust: a search from a half turn away would stand still, so that four starts are compared.
 pub(super) fn nearest_of_all(matrix: DMat3) -> DQuat {
-    let halves = [DQuat::IDENTITY, DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0), DQuat::from_xyzw(0.0, 1.0, 0.0, 0.0)];
+    let halves =
+        [DQuat::IDENTITY, DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0), DQuat::from_xyzw(0.0, 1.0, 0.0, 0.0)];
     let fit = |q: DQuat| along(DMat3::from_quat(q), matrix);
     let mut best = DQuat::IDENTITY;
     for start in halves.into_iter().chain([DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0)]) {
@@ -46,5 +48,7 @@ pub(super) fn nearest_of_all(matrix: DMat3) -> DQuat {
 
 /// Trace of the product of the rotation's transpose with the matrix: largest for the nearest rotation.
 fn along(rotation: DMat3, matrix: DMat3) -> f64 {
-    rotation.x_axis.dot(matrix.x_axis) + rotation.y_axis.dot(matrix.y_axis) + rotation.z_axis.dot(matrix.z_axis)
+    rotation.x_axis.dot(matrix.x_axis)
+        + rotation.y_axis.dot(matrix.y_axis)
+        + rotation.z_axis.dot(matrix.z_axis)
 }

@@ -72,7 +72,8 @@ impl Skin {
         for (i, a) in s.iter().enumerate() {
             for (j, b) in t.iter().enumerate() {
                 for (k, c) in u.iter().enumerate() {
-                    let (index, weight) = (((i0 + i) * nv + j0 + j) * nw + k0 + k, place.influence * a * b * c);
+                    let (index, weight) =
+                        (((i0 + i) * nv + j0 + j) * nw + k0 + k, place.influence * a * b * c);
                     self.points.push(index as u32);
                     self.weights.push(weight);
                     offset -= rest[index] * weight;
@@ -94,7 +95,10 @@ impl Skin {
     #[inline]
     pub(super) fn row(&self, vertex: usize) -> impl Iterator<Item = (usize, f64)> {
         let range = vertex * self.taps..(vertex + 1) * self.taps;
-        self.points[range.clone()].iter().map(|&point| point as usize).zip(self.weights[range].iter().copied())
+        self.points[range.clone()]
+            .iter()
+            .map(|&point| point as usize)
+            .zip(self.weights[range].iter().copied())
     }
 
     pub(super) fn position(&self, vertex: usize, control: &[DVec3]) -> DVec3 {
