@@ -2,9 +2,9 @@
 """Isochor: a lattice modifier that keeps the volume."""
 
 from .tool import handlers
-from .ui import adding, menus, preferences, removing, sidebar
+from .ui import adding, menus, physics, preferences, removing, sidebar, simulating
 
-PARTS = (preferences, handlers, adding, removing, menus, sidebar)
+PARTS = (preferences, handlers, adding, removing, simulating, menus, sidebar, physics)
 
 
 def register() -> None:

@@ -5,9 +5,12 @@ import bpy
 
 from .adding import ISOCHOR_OT_add
 from .removing import ISOCHOR_OT_remove
+from .simulating import ISOCHOR_OT_free_simulation, ISOCHOR_OT_simulate
 
 ENTRIES = (
     (ISOCHOR_OT_add.bl_idname, "MOD_LATTICE"),
+    (ISOCHOR_OT_simulate.bl_idname, "PHYSICS"),
+    (ISOCHOR_OT_free_simulation.bl_idname, "LOOP_BACK"),
     (ISOCHOR_OT_remove.bl_idname, "X"),
 )
 """Operator and icon of each line of Object, Volume Lattice."""
