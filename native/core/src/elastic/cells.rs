@@ -9,6 +9,12 @@ use super::rotation;
 /// No neighbour along an axis with one control point.
 const NONE: u32 = u32::MAX;
 
+/// Mass and stiffness of a cell with nothing inside, as a share of a full one.
+const EMPTY_SHARE: f64 = 0.05;
+
+/// Cells from which on less of each is looked at.
+const MANY_CELLS: usize = 1000;
+
 /// Corners that one thread takes at least.
 const SHARE: usize = 1024;
 
@@ -48,9 +54,10 @@ pub(super) struct Modulus {
 }
 
 impl Cells {
-    /// The cells of a grid of `shape` with these points at rest, `k` fastest.
-    pub(super) fn new(shape: [usize; 3], rest: &[DVec3]) -> Self {
-        let corners = corners(shape, rest);
+    /// The cells of a grid of `shape` with these points at rest, `k` fastest. Each is as heavy and as stiff as the share of
+    /// it that is inside something, and a little where nothing is.
+    pub(super) fn new(shape: [usize; 3], rest: &[DVec3], inside: impl Fn(DVec3) -> bool + Sync) -> Self {
+        let corners = corners(shape, rest, inside);
         let mut mass = vec![0.0; rest.len()];
         corners.iter().for_each(|corner| mass[corner.point as usize] += corner.volume);
         if corners.is_empty() {
@@ -175,26 +182,48 @@ fn extent(shape: [usize; 3], rest: &[DVec3]) -> f64 {
 }
 
 /// Every corner of every cell, cell by cell.
-fn corners(shape: [usize; 3], rest: &[DVec3]) -> Vec<Corner> {
-    let cells = shape.map(|count| (count - 1).max(1));
-    let sides = shape.map(|count| if count > 1 { 2 } else { 1 });
-    let strides = [shape[1] * shape[2], shape[2], 1];
-    let mut corners = Vec::new();
+fn corners(shape: [usize; 3], rest: &[DVec3], inside: impl Fn(DVec3) -> bool + Sync) -> Vec<Corner> {
     if shape == [1; 3] {
-        return corners;
+        return Vec::new();
     }
-    let share = 1.0 / sides.iter().product::<usize>() as f64;
-    for cell in positions_in(cells) {
-        for side in positions_in(sides) {
-            let point: usize = (0..3).map(|axis| (cell[axis] + side[axis]) * strides[axis]).sum();
-            let next: [Option<usize>; 3] = std::array::from_fn(|axis| {
-                (shape[axis] > 1)
-                    .then(|| if side[axis] == 0 { point + strides[axis] } else { point - strides[axis] })
-            });
-            corners.push(corner(point, next, share, rest));
-        }
-    }
-    corners
+    let cells: Vec<[usize; 3]> = positions_in(shape.map(|count| (count - 1).max(1))).collect();
+    let looks = if cells.len() > MANY_CELLS { 2 } else { 4 };
+    let found = cells.par_iter().map(|&cell| corners_of(shape, rest, cell, looks, &inside));
+    found.collect::<Vec<_>>().concat()
+}
+
+/// The corners of one cell.
+fn corners_of(
+    shape: [usize; 3],
+    rest: &[DVec3],
+    cell: [usize; 3],
+    looks: usize,
+    inside: &(impl Fn(DVec3) -> bool + Sync),
+) -> Vec<Corner> {
+    let strides = [shape[1] * shape[2], shape[2], 1];
+    let sides = shape.map(|count| if count > 1 { 2 } else { 1 });
+    let base: usize = (0..3).map(|axis| cell[axis] * strides[axis]).sum();
+    let edges = (0..3).map(|axis| match shape[axis] {
+        1 => DVec3::ZERO,
+        _ => rest[base + strides[axis]] - rest[base],
+    });
+    let edges: Vec<DVec3> = edges.collect();
+    let at = |look: [usize; 3]| {
+        let along = |axis: usize| edges[axis] * ((look[axis] as f64 + 0.5) / looks as f64);
+        rest[base] + along(0) + along(1) + along(2)
+    };
+    let full = positions_in([looks; 3]).filter(|&look| inside(at(look))).count() as f64 / looks.pow(3) as f64;
+    let share = full.max(EMPTY_SHARE) / sides.iter().product::<usize>() as f64;
+    let corner_at = |side: [usize; 3]| {
+        let point: usize = (0..3).map(|axis| (cell[axis] + side[axis]) * strides[axis]).sum();
+        let next: [Option<usize>; 3] = std::array::from_fn(|axis| {
+            let there =
+                if side[axis] == 0 { point + strides[axis] } else { point.wrapping_sub(strides[axis]) };
+            (shape[axis] > 1).then_some(there)
+        });
+        corner(point, next, share, rest)
+    };
+    positions_in(sides).map(corner_at).collect()
 }
 
 fn corner(point: usize, next: [Option<usize>; 3], share: f64, rest: &[DVec3]) -> Corner {

@@ -83,6 +83,11 @@ impl Contact {
         self.touching.clear();
     }
 
+    /// Whether the ground pushed any vertex in the last substep.
+    pub(super) fn is_touching(&self) -> bool {
+        !self.touching.is_empty()
+    }
+
     /// Lifts the vertices that are below, moving the control points as little as their masses allow: the projected
     /// Gauss-Seidel method on the pushes of the vertices, which all point along the plane's normal.
     pub(super) fn lift(

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! The lattice as a damped elastic body under gravity, on a ground plane, with the volume of what it carries kept.
 //!
-//! The control points are the body's mass points; the cells of their grid are its material. Every corner of every cell has the
+//! The control points are the body's mass points; the cells of their grid are its material, as heavy and stiff as the share of
+//! each that is inside the surface carried. Every corner of every cell has the
 //! strain energy of the linear corotated model, `μ |F - R|²` (a hexahedron with one integration point a corner; A. McAdams et
 //! al., "Efficient elasticity for character skinning with contact and collisions", 2011, eq. 1 without its volume term), with `R` the
 //! rotation nearest to the deformation gradient `F`. That energy is finite in every state, flat and inverted ones too, and its
@@ -15,14 +16,15 @@
 //! physics simulation", 2019, algorithm 1). The ground is met by the *vertices of the surface*: control points are not material, and
 //! may stand far off it or below the ground. The push on a vertex moves its control points by their weights.
 //!
-//! Damping is that of the strain rate (Rayleigh's, proportional to stiffness), so that what falls or turns freely is not slowed.
+//! Damping is that of the strain rate (Rayleigh's, proportional to stiffness), so that what falls or turns freely is not slowed;
+//! on the ground it resists rolling as well.
 
 mod cells;
 mod ground;
 mod rotation;
 mod skin;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
@@ -142,7 +144,8 @@ impl Elastic {
         let Carried { vertices, triangles, influence, outside } = carried;
         let skin = Skin::new(lattice, vertices, triangles.to_vec(), influence, outside)?;
         let rest = lattice.rest();
-        let mut cells = Cells::new(lattice.shape(), &rest);
+        let inside = |point| !skin.encloses() || skin.is_inside(vertices, point);
+        let mut cells = Cells::new(lattice.shape(), &rest, inside);
         cells.start(&start.control);
         let inverse = |(&mass, &pinned): (&f64, &bool)| if pinned { 0.0 } else { 1.0 / mass };
         let inverse_mass = cells.mass.iter().zip(&start.pinned).map(inverse).collect();
@@ -280,6 +283,35 @@ impl Elastic {
         for (point, velocity) in self.velocity.iter_mut().enumerate() {
             let free = if self.inverse_mass[point] > 0.0 { fall } else { DVec3::ZERO };
             *velocity = (self.position[point] - self.before[point]) / step + free;
+        }
+        self.resist_rolling(step);
+    }
+
+    /// What stands on the ground stops turning as its wobbling stops: rolling resistance, with the time constant of the
+    /// damping. Momentum stays; a body that is led by pinned points turns as they do.
+    fn resist_rolling(&mut self, step: f64) {
+        let led = self.inverse_mass.contains(&0.0);
+        if self.material.damping <= 0.0 || led || !self.contact.is_touching() {
+            return;
+        }
+        let mass = &self.cells.mass;
+        let centre =
+            self.position.iter().zip(mass).map(|(x, m)| *x * *m).sum::<DVec3>() / mass.iter().sum::<f64>();
+        let (mut spin, mut inertia) = (DVec3::ZERO, DMat3::ZERO);
+        for ((x, v), &m) in self.position.iter().zip(&self.velocity).zip(mass) {
+            let arm = *x - centre;
+            spin += arm.cross(*v) * m;
+            let outer = DMat3::from_cols(arm * arm.x, arm * arm.y, arm * arm.z);
+            inertia += (DMat3::from_diagonal(DVec3::splat(arm.length_squared())) - outer) * m;
+        }
+        let size = inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z;
+        if inertia.determinant() <= 1e-9 * size.powi(3) {
+            return;
+        }
+        let rate = 2.0 * self.material.damping * std::f64::consts::TAU * self.material.frequency;
+        let slowed = inertia.inverse() * spin * (1.0 - (-rate * step).exp());
+        for (x, v) in self.position.iter().zip(&mut self.velocity) {
+            *v -= slowed.cross(*x - centre);
         }
     }
 

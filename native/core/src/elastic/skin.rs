@@ -135,10 +135,32 @@ impl Skin {
         }
     }
 
+    /// Whether a point is inside the closed surface of these vertices: a ray from there leaves it more often than it enters.
+    pub(super) fn is_inside(&self, vertices: &[[f64; 3]], point: DVec3) -> bool {
+        let at = |vertex: u32| DVec3::from_array(vertices[vertex as usize]) - point;
+        let crossings = self.triangles.iter().map(|&[a, b, c]| crossing(at(a), at(b), at(c)));
+        crossings.sum::<i32>() != 0
+    }
+
     /// All vertices, about the middle of the control points.
     fn placed(&self, control: &[DVec3]) -> Vec<DVec3> {
         let middle = control.iter().sum::<DVec3>() / control.len() as f64;
         (0..self.len()).map(|vertex| self.position(vertex, control) - middle).collect()
+    }
+}
+
+/// How a ray from the origin passes a triangle: 1 outwards, -1 inwards, 0 beside it. The ray is along no axis and no diagonal, so
+/// that it meets no edge of what was modelled with care.
+fn crossing(a: DVec3, b: DVec3, c: DVec3) -> i32 {
+    let ray = DVec3::new(0.8163, 0.5312, 0.2267);
+    let sides = [a.cross(b), b.cross(c), c.cross(a)].map(|across| across.dot(ray));
+    let ahead = a.dot((b - a).cross(c - a));
+    if sides.iter().all(|side| *side > 0.0) && ahead > 0.0 {
+        1
+    } else if sides.iter().all(|side| *side < 0.0) && ahead < 0.0 {
+        -1
+    } else {
+        0
     }
 }
 
