@@ -55,7 +55,9 @@ def make_scene(**settings: object) -> bpy.types.Object:
     ball.select_set(True)
     bpy.context.view_layer.update()
     finished(bpy.ops.isochor.add(resolution=LATTICE_POINTS), "isochor.add")
-    finished(bpy.ops.isochor.simulate(**{"velocity": SIDEWAYS, "ground_object": "Ground", **settings}), "isochor.simulate")
+    finished(
+        bpy.ops.isochor.simulate(**{"velocity": SIDEWAYS, "ground_object": "Ground", **settings}), "isochor.simulate"
+    )
     return ball
 
 

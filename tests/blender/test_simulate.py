@@ -191,7 +191,9 @@ def test_pinned_points_follow_the_animation_and_the_rest_hangs_on():
     bpy.context.scene.frame_end = 30
     assert simulated(pinned="Hold", use_ground=False) == {"FINISHED"}
     bpy.context.scene.frame_set(30)
-    shape = np.array([tuple(point.co_deform) for point in lattice.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.points])
+    shape = np.array(
+        [tuple(point.co_deform) for point in lattice.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.points]
+    )
     rest = np.array([tuple(point.co) for point in lattice.data.points])
     assert np.abs(shape[48:] - rest[48:]).max() < 1e-6
     assert 0.01 < (rest[:16] - shape[:16])[:, 2].mean() < 0.5
@@ -209,7 +211,11 @@ def test_a_tilted_ground_object_makes_it_roll_down():
 
 
 def test_a_flat_lattice_and_a_bspline_one_and_an_open_mesh_simulate():
-    for settings in ({"resolution": (4, 4, 1)}, {"resolution": (2, 2, 2)}, {"resolution": (6, 5, 6), "basis": "BSPLINE"}):
+    for settings in (
+        {"resolution": (4, 4, 1)},
+        {"resolution": (2, 2, 2)},
+        {"resolution": (6, 5, 6), "basis": "BSPLINE"},
+    ):
         scenes.empty_file()
         bpy.context.scene.frame_end = 24
         ball = scenes.sphere()

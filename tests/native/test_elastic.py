@@ -16,7 +16,8 @@ from test_threads import longest_silence
 
 NAN, INF = float("nan"), float("inf")
 FRAME = 1.0 / 24.0
-VERTICES, TRIANGLES = meshes.icosphere(3)
+UNIT, TRIANGLES = meshes.icosphere(3)
+VERTICES = (UNIT - 0.5) / np.abs(UNIT - 0.5).max()
 LATTICE = Lattice(shape=(4, 4, 4), origin=(-1.1, -1.1, -1.1), edges=np.eye(3) * 2.2)
 FLOOR = ((0, 0, -2), (0, 0, 1))
 
@@ -155,7 +156,9 @@ def test_a_time_that_is_too_long_for_the_stiffness_moves_nothing():
 
 
 @pytest.mark.parametrize("name", ["control", "velocity"])
-@pytest.mark.parametrize("value", [np.zeros((4, 4, 4)), np.full((4, 4, 4, 3), NAN), "rest"], ids=["flat", "nan", "word"])
+@pytest.mark.parametrize(
+    "value", [np.zeros((4, 4, 4)), np.full((4, 4, 4, 3), NAN), "rest"], ids=["flat", "nan", "word"]
+)
 def test_starts(name, value):
     with refused(LatticeError, name):
         Elastic(LATTICE, **{name: value})

@@ -78,7 +78,9 @@ def no_device(name: str) -> str:
 
 def nothing_carried(lattice: str, names: str) -> str:
     """The lattice shapes no mesh whose frame could be computed."""
-    return f"“{lattice}” carries no mesh that Volume Lattice could compute ({names}): correct what the sidebar says first."
+    return (
+        f"“{lattice}” carries no mesh that Volume Lattice could compute ({names}): correct what the sidebar says first."
+    )
 
 
 def no_pin_group(group: str, lattice: str) -> str:
@@ -88,7 +90,9 @@ def no_pin_group(group: str, lattice: str) -> str:
 
 def no_ground(name: str) -> str:
     """The object named as ground is not in the scene."""
-    return f"There is no object “{name}” in the scene: correct the name under Ground Object, or clear it for level ground."
+    return (
+        f"There is no object “{name}” in the scene: correct the name under Ground Object, or clear it for level ground."
+    )
 
 
 def no_frames(start: int, end: int) -> str:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shapes of a lattice, one a frame, kept as absolute shape keys on a copy of its data, and the way back.
 
-The animator's own data (points, shape keys, their animation) stays in the file untouched, named by a custom property of the
-copy. Modifiers of the lattice object would deform the baked points once more, so they are switched off meanwhile.
+The animator's own data (points, shape keys, their animation) stays in the file untouched, named by a custom property of
+the copy. Modifiers of the lattice object would deform the baked points once more, so they are switched off meanwhile.
 """
 
 import json
@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 BEFORE, MODIFIERS, SETTINGS = "isochor_before", "isochor_modifiers", "isochor_settings"
-"""Custom properties of the baked data: the lattice data before, which modifiers were switched off, and with what the shapes
-were made."""
+"""Custom properties of the baked data: the lattice data before, which modifiers were switched off, and with what the
+shapes were made."""
 
 
 def is_baked(lattice: bpy.types.Object) -> bool:
@@ -27,11 +27,9 @@ def settings_of(lattice: bpy.types.Object) -> dict[str, Any]:
     return dict(json.loads(lattice.data.get(SETTINGS, "{}"))) if is_baked(lattice) else {}
 
 
-def bake(
-    lattice: bpy.types.Object, first: int, shapes: list[NDArray[np.float32]], settings: dict[str, Any]
-) -> None:
-    """Has the lattice object take these shapes (flat, in its own space) in the frames from ``first`` on, linearly between,
-    and stay in the first and last beyond. ``settings``: with what they were made, to be kept with them."""
+def bake(lattice: bpy.types.Object, first: int, shapes: list[NDArray[np.float32]], settings: dict[str, Any]) -> None:
+    """Has the lattice object take these shapes (flat, in its own space) in the frames from ``first`` on, linearly
+    between, and stay in the first and last beyond. ``settings``: with what they were made, to be kept with them."""
     before = lattice.data
     data = before.copy()
     data.name = f"{before.name} Simulated"
