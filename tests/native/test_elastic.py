@@ -47,7 +47,7 @@ def test_spin_is_kept():
 
 
 def test_the_ball_bounces_on_the_ground_and_comes_to_rest_there():
-    body = Elastic(LATTICE, VERTICES, TRIANGLES, ground=FLOOR, damping=0.15)
+    body = Elastic(LATTICE, VERTICES, TRIANGLES, ground=FLOOR, damping=0.3)
     heights, lows = [], []
     for _ in range(24 * 8):
         body.step(FRAME)

@@ -125,7 +125,7 @@ class ISOCHOR_OT_simulate(SimulationSettings, bpy.types.Operator):
         context.scene.frame_set(self.frame_start)
         users = simulation.users_in(context, lattice)
         span = simulation.Range(self.frame_start, self.frame_end, self.use_motion, self.pinned)
-        return simulation.simulate(context, lattice, users, span, self.options(context), shapes)
+        return simulation.simulate(context, lattice, users, span, self.for_core(context), shapes)
 
 
 class ISOCHOR_OT_free_simulation(bpy.types.Operator):

@@ -53,7 +53,7 @@ class SimulationSettings:
         options={"SKIP_SAVE"},
         name="Damping",
         description="How fast the wobbling dies away: 0 never, 1 without one overshoot. A fall is not slowed",
-        default=0.06,
+        default=0.1,
         min=0.0,
         max=2.0,
         soft_max=1.0,
@@ -140,7 +140,7 @@ class SimulationSettings:
         """All of them, by name."""
         return {name: plain(getattr(self, name)) for name in SimulationSettings.__annotations__}
 
-    def options(self, context: bpy.types.Context) -> Options:
+    def for_core(self, context: bpy.types.Context) -> Options:
         """What the core needs of them; raises Problem where the ground is missing."""
         scene = context.scene
         gravity = tuple(scene.gravity if scene.use_gravity else (0.0, 0.0, 0.0))

@@ -46,11 +46,13 @@ pub(super) struct Cells {
     pub(super) extent: f64,
 }
 
-/// What the corners push with: squared wave speed, and the time that damping of the strain rate takes.
+/// What the corners push with: squared wave speed, the time that damping of the strain rate takes, and the angular velocity of
+/// the body, which is none of that rate.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Modulus {
     pub(super) speed_squared: f64,
     pub(super) relaxation: f64,
+    pub(super) spin: DVec3,
 }
 
 impl Cells {
@@ -157,10 +159,13 @@ impl Corner {
     ) -> [DVec3; 4] {
         let gradient = self.gradient(positions);
         let strain = gradient - rotation * self.span;
-        // The rate of Green's strain is zero for whatever turns; slowed where stretched, so that one substep can carry it.
-        let growth = gradient.transpose() * self.gradient(velocities);
-        let slowed = 0.5 * modulus.relaxation / (squares(gradient) / 3.0).max(1.0).powi(2);
-        let rate = gradient * (growth + growth.transpose()) * slowed;
+        let turning = DMat3::from_cols_array_2d(&[
+            [0.0, modulus.spin.z, -modulus.spin.y],
+            [-modulus.spin.z, 0.0, modulus.spin.x],
+            [modulus.spin.y, -modulus.spin.x, 0.0],
+        ]);
+        let growth = rotation.transpose() * (self.gradient(velocities) - turning * gradient);
+        let rate = rotation * (growth + growth.transpose()) * self.span * (0.5 * modulus.relaxation);
         let stress = (strain + rate) * (modulus.speed_squared * self.volume);
         self.pulls().map(|pull| -(stress * pull))
     }

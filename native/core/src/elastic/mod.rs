@@ -263,7 +263,10 @@ impl Elastic {
         let speed_squared = self.wave_speed().powi(2);
         let slowest = std::f64::consts::TAU * self.material.frequency;
         let most = 0.5 / (step * speed_squared * self.fastest).max(f64::MIN_POSITIVE);
-        Modulus { speed_squared, relaxation: (2.0 * self.material.damping / slowest).min(most) }
+        let relaxation = (2.0 * self.material.damping / slowest).min(most);
+        let spin =
+            if relaxation > 0.0 { self.turning().map_or(DVec3::ZERO, |(_, spin)| spin) } else { DVec3::ZERO };
+        Modulus { speed_squared, relaxation, spin }
     }
 
     fn substep(&mut self, step: f64, target: impl Fn(usize) -> DVec3) {
@@ -294,6 +297,16 @@ impl Elastic {
         if self.material.damping <= 0.0 || led || !self.contact.is_touching() {
             return;
         }
+        let Some((centre, spin)) = self.turning() else { return };
+        let rate = 2.0 * self.material.damping * std::f64::consts::TAU * self.material.frequency;
+        let slowed = spin * (1.0 - (-rate * step).exp());
+        for (x, v) in self.position.iter().zip(&mut self.velocity) {
+            *v -= slowed.cross(*x - centre);
+        }
+    }
+
+    /// Centre of mass and angular velocity of the whole; `None` where all is on one line.
+    fn turning(&self) -> Option<(DVec3, DVec3)> {
         let mass = &self.cells.mass;
         let centre =
             self.position.iter().zip(mass).map(|(x, m)| *x * *m).sum::<DVec3>() / mass.iter().sum::<f64>();
@@ -305,14 +318,7 @@ impl Elastic {
             inertia += (DMat3::from_diagonal(DVec3::splat(arm.length_squared())) - outer) * m;
         }
         let size = inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z;
-        if inertia.determinant() <= 1e-9 * size.powi(3) {
-            return;
-        }
-        let rate = 2.0 * self.material.damping * std::f64::consts::TAU * self.material.frequency;
-        let slowed = inertia.inverse() * spin * (1.0 - (-rate * step).exp());
-        for (x, v) in self.position.iter().zip(&mut self.velocity) {
-            *v -= slowed.cross(*x - centre);
-        }
+        (inertia.determinant() > 1e-9 * size.powi(3)).then(|| (centre, inertia.inverse() * spin))
     }
 
     /// Both constraints in turns. The pressure's direction is that before the substep, as SHAKE has it, which keeps angular
