@@ -32,7 +32,7 @@ from volume_lattice import find_volume_lattice, get_input  # noqa: E402
 
 FRAME_START, FRAME_END = 1, 96
 HEIGHT = 2.6  # of the ball's middle; its radius is 1
-SIDEWAYS = (0.35, 0.0, 0.0)
+SIDEWAYS = (0.15, 0.0, 0.0)
 STRIP_FRAMES = (1, 12, 16, 19, 23, 28, 34, 40, 48, 90)
 LATTICE_POINTS = (4, 4, 4)
 
@@ -72,7 +72,7 @@ def make_strip(output: Path) -> None:
     from PIL import Image
 
     scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = 240, 300
+    scene.render.resolution_x, scene.render.resolution_y = 240, 280
     pictures = []
     with tempfile.TemporaryDirectory() as folder:
         for frame in STRIP_FRAMES:

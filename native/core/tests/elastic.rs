@@ -130,13 +130,13 @@ fn what_turns_goes_on_turning_with_its_volume() {
 
 #[test]
 fn energy_does_not_grow_and_damping_brings_rest() {
-    for (damping, shape) in [(0.0, [4, 4, 4]), (0.05, [4, 4, 4]), (0.3, [3, 5, 4]), (1.0, [4, 4, 4])] {
+    for (damping, shape) in [(0.0, [4, 4, 4]), (0.1, [4, 4, 4]), (1.0, [3, 5, 4])] {
         let lattice = cube(shape);
         let material = Material { damping, gravity: DOWN, ground: floor(-2.5, 0.5), ..material() };
         let mut dropped = resting(&lattice, material, &ball());
         let start = energy(&dropped);
         let mut most = f64::NEG_INFINITY;
-        for _ in 0..24 * 15 {
+        for _ in 0..24 * 12 {
             dropped.step(FRAME, None).unwrap();
             most = most.max(energy(&dropped));
         }
@@ -161,7 +161,7 @@ fn the_surface_stays_above_the_ground_and_keeps_its_volume() {
             Material { frequency, damping: 0.1, gravity: DOWN, ground: floor(-4.0, 0.5), ..material() };
         let mut dropped = resting(&lattice, material, &ball());
         let (mut lowest, mut worst) = (f64::INFINITY, 0.0_f64);
-        for _ in 0..24 * 6 {
+        for _ in 0..24 * 4 {
             dropped.step(FRAME, None).unwrap();
             lowest = lowest.min(dropped.lowest().unwrap());
             worst = worst.max((dropped.volume_ratio().unwrap() - 1.0).abs());
@@ -284,7 +284,7 @@ fn flat_inverted_and_crumpled_starts_recover() {
     for (name, control) in starts {
         let material = Material { damping: 0.2, gravity: DOWN, ground: floor(-2.0, 0.5), ..material() };
         let mut body = body(&lattice, material, &ball(), control, vec![DVec3::ZERO; 64]);
-        for _ in 0..240 {
+        for _ in 0..96 {
             body.step(FRAME, None).unwrap();
             let reach = body.control().iter().map(|p| p.length()).fold(0.0, f64::max);
             assert!(reach.is_finite() && reach < 1e5, "{name}: {reach:e}");
@@ -296,8 +296,8 @@ fn flat_inverted_and_crumpled_starts_recover() {
 #[test]
 fn no_setting_in_range_explodes() {
     for shape in [[2, 2, 2], [4, 4, 4], [1, 5, 5], [7, 3, 2]] {
-        for frequency in [0.1, 1.0, 10.0, 50.0] {
-            for damping in [0.0, 0.1, 2.0] {
+        for frequency in [0.1, 2.0, 50.0] {
+            for damping in [0.0, 2.0] {
                 let lattice = cube(shape);
                 let material = Material {
                     frequency,
@@ -309,7 +309,7 @@ fn no_setting_in_range_explodes() {
                 let velocity = noise(lattice.len(), 20.0, 8);
                 let mut body = body(&lattice, material, &ball(), disturbed(&lattice, 0.5, 2), velocity);
                 let start = energy(&body) + 30.0 * 1.5 * body.totals().mass;
-                for _ in 0..24 {
+                for _ in 0..12 {
                     body.step(FRAME, None).unwrap();
                 }
                 let end = energy(&body) + 30.0 * 1.5 * body.totals().mass;
