@@ -123,6 +123,11 @@ class Solver:
         """What the present embedding was made for; None where lattice and mesh allow none."""
         return self._bound
 
+    @property
+    def answered(self) -> Request | None:
+        """What was asked last and could be deformed."""
+        return self._answered if self._outcome is not None and self._outcome.vertices is not None else None
+
     def solve(self, request: Request) -> Outcome:
         """The outcome of ``request``; the very same object as before where nothing has changed. Never raises
         ``isochor.Error``: it becomes a problem in the report, and the frame the uncorrected deformation."""
