@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import adding, node_group, results, sockets, stack
+from . import adding, baked_lattice, node_group, results, sockets, stack
 
 
 def remove(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
@@ -13,6 +13,8 @@ def remove(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
     results.remove(modifier)
     obj.modifiers.remove(modifier)
     if lattice is not None and adding.MADE_BY_ADD in lattice and not _is_used(lattice):
+        if baked_lattice.is_baked(lattice):
+            baked_lattice.remove(baked_lattice.free(lattice))
         data = lattice.data
         bpy.data.objects.remove(lattice)
         if data is not None and data.users == 0:
