@@ -298,6 +298,32 @@ def test_linked_lattices_are_refused(tmp_path):
         bpy.ops.isochor.free_simulation()
 
 
+def test_several_selected_are_simulated_at_once_each_with_its_own_volume():
+    balls = [scenes.sphere(name=name) for name in ("One", "Two")]
+    for number, ball in enumerate(balls):
+        ball.location = (3.0 * number, 0.0, 1.5)
+        bpy.context.view_layer.update()
+        scenes.choose(ball)
+        bpy.ops.isochor.add()
+    bpy.context.scene.frame_end = 20
+    balls[0].select_set(True)
+    assert simulated() == {"FINISHED"}
+    bpy.context.scene.frame_set(20)
+    first, second = (scenes.evaluated_positions(ball) for ball in balls)
+    assert np.abs(first - second).max() < 1e-4
+    assert all(scenes.evaluated_volume(ball) == pytest.approx(scenes.volume(ball.data), rel=1e-6) for ball in balls)
+    assert first[:, 2].min() == pytest.approx(-1.5, abs=2e-3)
+    assert first[:, 2].max() < 0.6
+
+
+def test_removing_the_modifier_leaves_nothing_of_the_simulation():
+    ball, _lattice = dropped_ball()
+    assert bpy.ops.isochor.remove() == {"FINISHED"}
+    assert not bpy.data.lattices
+    assert not bpy.data.actions
+    assert not ball.modifiers
+
+
 def test_everything_is_explained():
     for name in ("simulate", "free_simulation"):
         operator = getattr(bpy.ops.isochor, name).get_rna_type()

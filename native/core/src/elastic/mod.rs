@@ -21,18 +21,23 @@
 
 mod cells;
 mod ground;
+mod material;
 mod rotation;
 mod skin;
+mod state;
 
 use glam::{DMat3, DVec3};
 
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
-use crate::vertices::Outside;
 use cells::{Cells, Modulus};
 use ground::Contact;
 pub use ground::Ground;
+pub use material::Material;
+use material::checked;
 use skin::Skin;
+pub use state::{Carried, Start, Totals};
+use state::{check_targets, check_velocity};
 
 /// Angle of the grid's fastest oscillation that one substep covers at most; 2 is where the leapfrog method turns unstable.
 const STEP_ANGLE: f64 = 0.5;
@@ -48,63 +53,6 @@ const TOLERANCE: f64 = 1e-5;
 
 /// How far volume may move a control point in one round, as a fraction of the lattice's longest side.
 const LONGEST_SHIFT: f64 = 0.02;
-
-/// What the body is made of and where it is.
-#[derive(Debug, Clone)]
-pub struct Material {
-    /// Oscillations a second of the free lattice's slowest stretch along its longest side `L`. It is stiffness without a
-    /// size or a mass: the wave speed is `2 L frequency`, Young's modulus `density (2 L frequency)²`.
-    pub frequency: f64,
-    /// Damping ratio of that oscillation: 0 for none, 1 for critical.
-    pub damping: f64,
-    /// Acceleration of everything.
-    pub gravity: DVec3,
-    /// The ground, if there is any.
-    pub ground: Option<Ground>,
-    /// Factor of the volume that the surface has at rest.
-    pub volume: f64,
-    /// Substeps of a call to [`Elastic::step`] at least; stiff material takes more.
-    pub substeps: u32,
-}
-
-/// A surface that the lattice carries.
-#[derive(Debug, Clone, Copy)]
-pub struct Carried<'a> {
-    /// Its vertices, where the lattice is at rest.
-    pub vertices: &'a [[f64; 3]],
-    /// Its triangles, closed; without any, no volume is kept.
-    pub triangles: &'a [[u32; 3]],
-    /// How much of the deformation each vertex takes.
-    pub influence: Option<&'a [f64]>,
-    /// What vertices outside the domain do.
-    pub outside: Outside,
-}
-
-/// Where the control points start.
-#[derive(Debug, Clone)]
-pub struct Start {
-    /// Their places.
-    pub control: Vec<DVec3>,
-    /// Their velocities.
-    pub velocity: Vec<DVec3>,
-    /// Which of them are led by the caller instead of by forces.
-    pub pinned: Vec<bool>,
-}
-
-/// Sums over the whole body, for a density of one.
-#[derive(Debug, Clone, Copy)]
-pub struct Totals {
-    /// Mass.
-    pub mass: f64,
-    /// Centre of mass.
-    pub centre: DVec3,
-    /// Momentum.
-    pub momentum: DVec3,
-    /// Angular momentum about the centre of mass.
-    pub angular_momentum: DVec3,
-    /// Kinetic, elastic and potential energy; the potential is that of height above the origin.
-    pub energy: [f64; 3],
-}
 
 /// An elastic lattice in motion. Everything is float64; results do not depend on the number of threads.
 #[derive(Debug, Clone)]
@@ -366,66 +314,5 @@ impl Elastic {
         {
             *position += *gradient * (push * weight);
         }
-    }
-}
-
-fn checked(mut material: Material) -> Result<Material> {
-    let wrong = |what: &str, found: &dyn std::fmt::Debug, expected: &str| {
-        Err(Error::Elastic(format!("{what}: found {found:?}, expected {expected}")))
-    };
-    if !(material.frequency.is_finite() && material.frequency > 0.0) {
-        return wrong("frequency", &material.frequency, "a positive number of oscillations a second");
-    }
-    if !(material.damping.is_finite() && material.damping >= 0.0) {
-        return wrong("damping", &material.damping, "a damping ratio of 0 or more");
-    }
-    if !material.gravity.is_finite() {
-        return wrong("gravity", &material.gravity.to_array(), "three finite numbers");
-    }
-    if !(material.volume.is_finite() && material.volume > 0.0) {
-        return wrong("volume", &material.volume, "a positive factor of the volume at rest");
-    }
-    if material.substeps == 0 {
-        return wrong("substeps", &material.substeps, "at least 1");
-    }
-    if let Some(ground) = &mut material.ground {
-        let length = ground.normal.length();
-        if !(ground.point.is_finite() && ground.normal.is_finite() && length > 0.0 && length.is_finite()) {
-            let plane = [ground.point.to_array(), ground.normal.to_array()];
-            return wrong("ground", &plane, "a point and a normal of length above 0, all finite");
-        }
-        if !(ground.friction.is_finite() && ground.friction >= 0.0) {
-            return wrong("friction", &ground.friction, "a coefficient of 0 or more");
-        }
-        ground.normal /= length;
-    }
-    Ok(material)
-}
-
-fn check_velocity(velocity: &[DVec3], count: usize) -> Result<()> {
-    if velocity.len() != count {
-        return Err(Error::Lattice(format!("velocity: found {}, expected {count}", velocity.len())));
-    }
-    match velocity.iter().position(|v| !v.is_finite()) {
-        Some(i) => Err(Error::Lattice(format!("velocity: found NaN or infinity at control point {i}"))),
-        None => Ok(()),
-    }
-}
-
-fn check_targets(targets: &[DVec3], inverse_mass: &[f64]) -> Result<()> {
-    if targets.len() != inverse_mass.len() {
-        return Err(Error::Lattice(format!(
-            "targets: found {}, expected {}",
-            targets.len(),
-            inverse_mass.len()
-        )));
-    }
-    let bad =
-        targets.iter().zip(inverse_mass).position(|(target, &weight)| weight == 0.0 && !target.is_finite());
-    match bad {
-        Some(i) => {
-            Err(Error::Lattice(format!("targets: found NaN or infinity at the pinned control point {i}")))
-        }
-        None => Ok(()),
     }
 }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use crate::embedding::Located;
+use crate::embedding::{Located, Spot};
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
 use crate::sum::CompensatedSum;
@@ -52,7 +52,8 @@ impl Skin {
         let rest = lattice.rest();
         for (v, vertex) in vertices.iter().enumerate() {
             let point = DVec3::from_array(*vertex);
-            let place = Located::new::<f64>(lattice, point, influence.map_or(1.0, |all| all[v]), outside);
+            let spot = Spot::Projected(lattice.parameter(point));
+            let place = Located::new::<f64>(lattice, spot, influence.map_or(1.0, |all| all[v]), outside);
             skin.push(lattice, &rest, point, &place);
         }
         Ok(skin)
