@@ -17,9 +17,11 @@ from .ui import (
     menus,
     mirroring,
     overlay,
+    physics,
     preferences,
     removing,
     sidebar,
+    simulating,
     squash_ground,
     squash_speed,
     twist_bone,
@@ -27,8 +29,8 @@ from .ui import (
 )
 
 DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
-OPERATORS = (adding, fitting, binding, mirroring, *DRIVING, measuring, baking, applying, removing)
-PANELS = (sidebar, binding_panel, animate_panel, bake_panel, overlay, volume_curve)
+OPERATORS = (adding, fitting, binding, mirroring, *DRIVING, simulating, measuring, baking, applying, removing)
+PANELS = (sidebar, binding_panel, animate_panel, physics, bake_panel, overlay, volume_curve)
 PARTS = (languages, preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
 
 

@@ -3,7 +3,9 @@
 
 Use: python list_untranslated.py. Ends with status 1 where something is missing. A text is found where it stands as a
 constant: as label or docstring of a Blender class, as name, description or item of a property, as text= of a layout,
-in report() and poll_message_set(), in Sentence(), words.shown() and words.reported(), and anywhere in core/problem.py.
+in report() and poll_message_set(), in Problem(), Sentence(), words.shown() and words.reported(), and anywhere in
+core/problem.py. Text with names in it that is no Sentence stays English in every language: it is listed last. The
+command line speaks English.
 """
 
 import ast
@@ -15,7 +17,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "isochor"
 LANGUAGES = SOURCE / "languages"
 LABELS = {"bl_label", "bl_description"}
 KEYWORDS = {"name", "description", "text", "text_ctxt"}
-WRITERS = {"report", "poll_message_set", "Sentence", "shown", "reported"}
+WRITERS = {"report", "poll_message_set", "Problem", "Sentence", "shown", "reported"}
 SPOKEN = SOURCE / "core" / "problem.py"
 """Every string in it is the user's to read."""
 
@@ -29,6 +31,10 @@ def main() -> int:
         for mark, texts in (("+", lacking), ("-", needless)):
             for text in texts:
                 print(f"  {mark} {text!r}")
+    stuck = [line for place in sources() for line in untranslatable(place)]
+    print(f"{len(stuck)} made without a Sentence, so English in every language")
+    for line in stuck:
+        print(f"  ! {line}")
     return 1 if missing else 0
 
 
@@ -54,9 +60,29 @@ def compare(language: str) -> tuple[list[str], list[str]]:
 
 def used_texts() -> set[str]:
     """Every English text that the extension shows."""
-    places = [place for place in SOURCE.rglob("*.py") if LANGUAGES not in place.parents]
-    found = {text for place in places for text in texts_of(place)}
+    found = {text for place in sources() for text in texts_of(place)}
     return {text for text in found if any(letter.isalpha() for letter in text)}
+
+
+def sources() -> list[Path]:
+    """The extension's modules but for its languages and its command line."""
+    found = [place for place in SOURCE.rglob("*.py") if LANGUAGES not in place.parents]
+    return sorted(place for place in found if not place.name.startswith("command_"))
+
+
+def untranslatable(place: Path) -> Iterator[str]:
+    """Where a file shows a formatted string, which cannot be looked up; where its words are names alone, no matter."""
+    for node in ast.walk(ast.parse(place.read_text(encoding="utf-8"))):
+        if not isinstance(node, ast.Call) or ast.unparse(node.func).rpartition(".")[2] not in {*WRITERS, "label"}:
+            continue
+        for argument in [*node.args, *(keyword.value for keyword in node.keywords if keyword.arg == "text")]:
+            if isinstance(argument, ast.JoinedStr) and has_words(argument):
+                yield f"{place.relative_to(SOURCE)}:{argument.lineno} {ast.unparse(argument)}"
+
+
+def has_words(formatted: ast.JoinedStr) -> bool:
+    """Whether a formatted string holds letters of its own."""
+    return any(letter.isalpha() for part in formatted.values for text in constants(part) for letter in text)
 
 
 def texts_of(place: Path) -> Iterator[str]:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Baking to point caches: what plays afterwards, without the add-on, is what was seen before."""
 
+import gc
+import weakref
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -353,6 +355,21 @@ def test_problems_are_told_with_their_frames_and_do_not_stop_the_bake(tmp_path, 
     held = cached(tmp_path / "Ball.pc2")
     assert np.array_equal(held[4], scenes.positions(ball.data).astype(np.float32))
     assert not np.array_equal(held[3], held[4])
+
+
+def test_what_is_forgotten_is_let_go_at_once():
+    ball, modifier = bouncing()
+    state = scenes.part("tool.state")
+    report = scenes.report(ball, modifier)
+    solver = weakref.ref(state.recall(ball, modifier).solver)
+    assert solver() is not None
+    gc.disable()
+    try:
+        state.forget([ball])
+        assert solver() is None
+    finally:
+        gc.enable()
+    assert report.volumes.before == pytest.approx(report.volumes.target, rel=1e-6)
 
 
 class Window:

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Wherever the objects are: hidden, excluded, in other scenes and view layers, shared, copied, linked, being edited."""
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
 import scenes
-from drawn import drawn
+from drawn import Layout, drawn
 
 HIDINGS = ("eye", "object", "collection", "layer", "exclude", "unlinked")
 
@@ -270,7 +272,7 @@ def test_what_the_tab_draws():
     assert lines[0] == "Volume Lattice"
     for name in ("Target volume", "Lattice alone", "Corrected", "Error", "Vertices outside", "Time"):
         assert name in lines
-    assert {"isochor.add", "isochor.remove"} <= set(lines)
+    assert {"isochor.add", "isochor.remove", "isochor.fit_lattice", "isochor.mirror_lattice"} <= set(lines)
     assert drawn(panel, object=lattice)[0] == "Ball: Volume Lattice"
     scenes.set_input(modifier, "Vertex Group", "Nowhere")
     bpy.context.view_layer.update()
@@ -578,6 +580,15 @@ def test_making_a_linked_character_local_lets_it_follow(tmp_path):
     bpy.context.scene.frame_set(11)
     assert height(ball) < 0.9 * before
     assert keeps_volume(ball)
+
+
+def test_the_menu_is_reached_from_object_mode_and_from_the_lattice_s_edit_mode():
+    for name in ("VIEW3D_MT_object", "VIEW3D_MT_edit_lattice"):
+        layout = Layout()
+        for draw in getattr(bpy.types, name)._dyn_ui_initialize():
+            if draw.__module__.startswith(scenes.part("tool.device").PACKAGE):
+                draw(SimpleNamespace(layout=layout), bpy.context)
+        assert layout.lines == ["VIEW3D_MT_isochor"], name
 
 
 CHANGES_NO_DATA = {"isochor.clear_memory"}

@@ -314,6 +314,18 @@ def test_refusals_in_plain_words_change_nothing():
     assert not bpy.ops.isochor.fit_lattice.poll()
 
 
+def test_a_mesh_whose_rest_was_set_is_refused_until_that_is_cleared():
+    ball, lattice, _ = added()
+    bpy.ops.isochor.set_rest()
+    model(ball, lambda found: found * 1.4)
+    place = np.array(lattice.matrix_world)
+    assert "Ball: the rest with “Ball Lattice” was set" in refused()
+    assert np.array_equal(np.array(lattice.matrix_world), place)
+    bpy.ops.isochor.clear_rest()
+    assert bpy.ops.isochor.fit_lattice() == {"FINISHED"}
+    assert fits(in_lattice(ball, lattice))
+
+
 def test_a_mesh_of_another_file_is_refused(tmp_path):
     added()
     place = str(tmp_path / "library.blend")

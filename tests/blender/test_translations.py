@@ -62,14 +62,31 @@ class ISOCHOR_OT_x(bpy.types.Operator):
         layout.label(text="On a panel", icon="X")
         row.prop(self, "size", text="Renamed")
         words.shown("Shown")
-        return "FINISHED"
+        self.report({"INFO"}, f"{size} times")
+        layout.label(text=f"{obj.name}: {modifier.name}")
+        raise Problem("Nothing there")
 """,
         encoding="utf-8",
     )
     assert set(list_untranslated.texts_of(place)) == {
         *("First item", "What it does", "Second item", "What that does", "A tooltip over two lines", "A label", "Size"),
         *("How large", "An error", "Another", "With {name}", "On a panel", "Renamed", "Shown"),
+        "Nothing there",
     }
+
+
+def test_the_search_tells_what_no_language_can_have(tmp_path, monkeypatch):
+    monkeypatch.setattr(list_untranslated, "SOURCE", tmp_path)
+    place = tmp_path / "part.py"
+    place.write_text(
+        """
+self.report({"INFO"}, f"{size} times")
+layout.label(text=f"{obj.name}: {modifier.name}")
+raise Problem(Sentence("With {name}", name=f"{one} and {other}"))
+""",
+        encoding="utf-8",
+    )
+    assert list(list_untranslated.untranslatable(place)) == ["part.py:2 f'{size} times'"]
 
 
 def test_a_sentence_is_english_text_until_it_is_translated():

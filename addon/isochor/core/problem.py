@@ -201,6 +201,16 @@ def nothing_selected(name: str) -> str:
     return Sentence("No point of “{name}” is selected: select some, or turn off Only Selected.", name=name)
 
 
+def bound_to(name: str, users: list[str]) -> str:
+    """Meshes whose rest was set would move with the lattice, instead of getting a box that fits."""
+    return Sentence(
+        "{users}: the rest with “{name}” was set, so moving that would move the mesh. Clear Rest first, and set it"
+        " again afterwards.",
+        users=", ".join(users),
+        name=name,
+    )
+
+
 def constrained(name: str, constraints: list[str]) -> str:
     """Constraints decide where a lattice object stands."""
     return Sentence(
@@ -264,6 +274,40 @@ def resolution_lower(name: str, shape: tuple[int, int, int]) -> str:
         name=name,
         shape=" × ".join(map(str, shape)),
     )
+
+
+def nothing_carried(lattice: str, names: str) -> str:
+    """The lattice shapes no mesh whose frame could be computed."""
+    return (
+        f"“{lattice}” carries no mesh that Volume Lattice could compute ({names}): correct what the sidebar says first."
+    )
+
+
+def no_pin_group(group: str, lattice: str) -> str:
+    """The group of pinned points is missing."""
+    return f"The lattice “{lattice}” has no vertex group “{group}”: correct the name under Pinned, or clear it."
+
+
+def no_ground(name: str) -> str:
+    """The object named as ground is not in the scene."""
+    return (
+        f"There is no object “{name}” in the scene: correct the name under Ground Object, or clear it for level ground."
+    )
+
+
+def no_frames(start: int, end: int) -> str:
+    """The range of a simulation has no frame after the first."""
+    return f"A simulation from frame {start} to {end} has no frame to move in: let End be greater than Start."
+
+
+def from_elsewhere(names: list[str]) -> str:
+    """Objects of a library."""
+    return f"{', '.join(names)} comes from another file: make it local or override it first."
+
+
+def in_edit_mode(names: list[str]) -> str:
+    """Lattices whose points are being edited."""
+    return f"{', '.join(names)} is in Edit Mode: leave it first."
 
 
 def sentence(error: Exception) -> str:

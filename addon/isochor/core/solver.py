@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from time import perf_counter
 from typing import Any, Literal
+from weakref import ref
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,6 +123,11 @@ class Solver:
         """What the present embedding was made for; None where lattice and mesh allow none."""
         return self._bound
 
+    @property
+    def answered(self) -> Request | None:
+        """What was asked last and could be deformed."""
+        return self._answered if self._outcome is not None and self._outcome.vertices is not None else None
+
     def solve(self, request: Request) -> Outcome:
         """The outcome of ``request``; the very same object as before where nothing has changed. Never raises
         ``isochor.Error``: it becomes a problem in the report, and the frame the uncorrected deformation."""
@@ -170,7 +176,7 @@ class Solver:
         report = Report(
             binding=binding, grid=request.grid, bound=request.bound, asked=request.control, problems=problems
         )
-        report.embed = partial(self._bind, request)
+        report.embed = partial(_embedded_again, ref(self), request)
         if request.settings.preserve <= 0.0:
             return Outcome(single(binding.deform(request.control)), report)
         try:
@@ -258,6 +264,13 @@ class Solver:
 
     def _forget(self) -> None:
         self._binding = self._lattice = self._bound = None
+
+
+def _embedded_again(solver: "ref[Solver]", request: Request) -> isochor.Binding:
+    """The binding with the mesh of this request in it. A report must not keep its solver, which keeps the report: only
+    Python's search for cycles would let go of both, and of the native library's memory, much later."""
+    alive = solver()
+    return (Solver() if alive is None else alive)._bind(request)
 
 
 def wanted_volume(binding: isochor.Binding, request: Request) -> float | None:

@@ -20,10 +20,13 @@ def complete(group: bpy.types.NodeTree) -> list[str]:
     if not before:
         group.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
         group.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    # In the order in which versions brought them: so a new group has the identifiers, and with them the paths of keys
+    # and drivers, of one that came with an older file.
     _add_first_inputs(group)
     _add_volume_inputs(group, _panel(group, "Volume"))
-    _add_animate_inputs(group, _panel(group, "Animate", closed=True))
     _add_interpolation_inputs(group, _panel(group, "Interpolation", closed=True))
+    _add_kept_inputs(group)
+    _add_animate_inputs(group, _panel(group, "Animate", closed=True))
     _order_panels(group)
     sockets.forget(group)
     return [item.name for item in _inputs(group) if item.name not in before]
@@ -51,6 +54,9 @@ def _add_first_inputs(group: bpy.types.NodeTree) -> None:
     _factor(group, "Strength", "How much of the deformation each vertex takes")
     _input(group, "Vertex Group", "String", "Vertex group that scales the deformation vertex by vertex")
     _input(group, "Invert", "Bool", "Use one minus the vertex group's weights")
+
+
+def _add_kept_inputs(group: bpy.types.NodeTree) -> None:
     for name, kind in (
         (sockets.VIEWPORT_RESULT, "Object"),
         (sockets.RENDER_RESULT, "Object"),

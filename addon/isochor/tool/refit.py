@@ -8,7 +8,7 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ..core import problem
-from . import adding, animated, control, evaluated, rest, results, sockets, state
+from . import adding, animated, bound, control, evaluated, rest, results, sockets, state
 
 Array = NDArray[np.float64]
 User = tuple[bpy.types.Object, bpy.types.NodesModifier]
@@ -30,6 +30,9 @@ def refuse(lattice: bpy.types.Object, users: list[User]) -> None:
     for obj in (lattice, *(user for user, _ in users)):
         if not obj.is_editable:
             raise problem.Problem(problem.foreign(obj.name))
+    bound_ones = [user.name for user, modifier in users if bound.bound_with(results.of(modifier, "VIEWPORT"))]
+    if bound_ones:
+        raise problem.Problem(problem.bound_to(lattice.name, bound_ones))
     constraints = [found.name for found in lattice.constraints if found.enabled and found.influence > 0.0]
     if constraints:
         raise problem.Problem(problem.constrained(lattice.name, constraints))

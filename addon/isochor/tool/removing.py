@@ -4,7 +4,7 @@
 import bpy
 
 from ..core import problem
-from . import adding, animation_paths, node_group, results, sockets, stack
+from . import adding, animation_paths, baked_lattice, node_group, results, sockets, stack
 
 
 def remove(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
@@ -15,6 +15,8 @@ def remove(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
     animation_paths.remove(obj, [animation_paths.of_modifier(modifier)])
     obj.modifiers.remove(modifier)
     if lattice is not None and adding.MADE_BY_ADD in lattice and lattice.library is None and not is_used(lattice):
+        if baked_lattice.is_baked(lattice):
+            baked_lattice.remove(baked_lattice.free(lattice))
         data = lattice.data
         bpy.data.objects.remove(lattice)
         if data is not None and data.users == 0:

@@ -11,12 +11,6 @@ def active_object(context: bpy.types.Context) -> bpy.types.Object | None:
     return getattr(context, "object", None) or context.view_layer.objects.active
 
 
-def lattices_of_active(context: bpy.types.Context) -> list[bpy.types.NodesModifier]:
-    """The Volume Lattice modifiers of the active object."""
-    obj = active_object(context)
-    return [] if obj is None else stack.ours(obj)
-
-
 def chosen_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
     """The active mesh first, then the other selected ones; the active one alone where it is not selected."""
     active = active_object(context)

@@ -12,27 +12,36 @@ from .fitting import ISOCHOR_OT_fit_lattice
 from .measuring import ISOCHOR_OT_measure_volume
 from .mirroring import ISOCHOR_OT_mirror_lattice
 from .removing import ISOCHOR_OT_remove
+from .simulating import ISOCHOR_OT_free_simulation, ISOCHOR_OT_simulate
 from .squash_ground import ISOCHOR_OT_squash_from_ground
 from .squash_speed import ISOCHOR_OT_squash_from_speed
 from .twist_bone import ISOCHOR_OT_twist_from_bone
 
-ENTRIES = (
-    (ISOCHOR_OT_add.bl_idname, "MOD_LATTICE"),
-    (ISOCHOR_OT_squash_from_ground.bl_idname, "MESH_PLANE"),
-    (ISOCHOR_OT_squash_from_speed.bl_idname, "FORCE_FORCE"),
-    (ISOCHOR_OT_twist_from_bone.bl_idname, "BONE_DATA"),
-    (ISOCHOR_OT_bend_from_empty.bl_idname, "EMPTY_AXIS"),
-    (ISOCHOR_OT_measure_volume.bl_idname, "FCURVE"),
-    (ISOCHOR_OT_bake.bl_idname, "FILE_CACHE"),
-    (ISOCHOR_OT_free_bake.bl_idname, "LOOP_BACK"),
-    (ISOCHOR_OT_apply.bl_idname, "CHECKMARK"),
-    (ISOCHOR_OT_fit_lattice.bl_idname, "FULLSCREEN_EXIT"),
-    (ISOCHOR_OT_mirror_lattice.bl_idname, "MOD_MIRROR"),
-    (ISOCHOR_OT_remove.bl_idname, "X"),
-    (ISOCHOR_OT_set_rest.bl_idname, "LINKED"),
-    (ISOCHOR_OT_clear_rest.bl_idname, "UNLINKED"),
+LATTICE = (
+    (ISOCHOR_OT_add, "MOD_LATTICE"),
+    (ISOCHOR_OT_fit_lattice, "FULLSCREEN_EXIT"),
+    (ISOCHOR_OT_mirror_lattice, "MOD_MIRROR"),
+    (ISOCHOR_OT_set_rest, "LINKED"),
+    (ISOCHOR_OT_clear_rest, "UNLINKED"),
 )
-"""Operator and icon of each line of Object, Volume Lattice."""
+DRIVERS = (
+    (ISOCHOR_OT_squash_from_ground, "MESH_PLANE"),
+    (ISOCHOR_OT_squash_from_speed, "FORCE_FORCE"),
+    (ISOCHOR_OT_twist_from_bone, "BONE_DATA"),
+    (ISOCHOR_OT_bend_from_empty, "EMPTY_AXIS"),
+)
+PHYSICS = (
+    (ISOCHOR_OT_simulate, "PHYSICS"),
+    (ISOCHOR_OT_free_simulation, "LOOP_BACK"),
+)
+RESULTS = (
+    (ISOCHOR_OT_measure_volume, "FCURVE"),
+    (ISOCHOR_OT_bake, "FILE_CACHE"),
+    (ISOCHOR_OT_free_bake, "LOOP_BACK"),
+    (ISOCHOR_OT_apply, "CHECKMARK"),
+)
+GROUPS = (LATTICE, DRIVERS, PHYSICS, RESULTS, ((ISOCHOR_OT_remove, "X"),))
+"""Operator and icon of each line of Object, Volume Lattice, with a line between groups."""
 
 
 class VIEW3D_MT_isochor(bpy.types.Menu):
@@ -41,10 +50,13 @@ class VIEW3D_MT_isochor(bpy.types.Menu):
     bl_label = "Volume Lattice"
 
     def draw(self, _context: bpy.types.Context) -> None:
-        for operator, icon in ENTRIES:
-            self.layout.operator(operator, icon=icon)
-            if operator == ISOCHOR_OT_apply.bl_idname:
-                draw_as_shape_key(self.layout)
+        for number, group in enumerate(GROUPS):
+            if number:
+                self.layout.separator()
+            for operator, icon in group:
+                self.layout.operator(operator.bl_idname, icon=icon)
+                if operator is ISOCHOR_OT_apply:
+                    draw_as_shape_key(self.layout)
 
 
 def draw_as_shape_key(layout: bpy.types.UILayout) -> None:
@@ -59,11 +71,15 @@ def draw_modifier_entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> No
 
 
 def draw_object_entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    """A menu of our own in the Object menu of the 3D View."""
+    """A menu of our own in the Object menu of the 3D View, and in the Lattice menu of a lattice's Edit Mode."""
     menu.layout.menu(VIEW3D_MT_isochor.__name__, icon="MOD_LATTICE")
 
 
-PLACES = (("OBJECT_MT_modifier_add_deform", draw_modifier_entry), ("VIEW3D_MT_object", draw_object_entry))
+PLACES = (
+    ("OBJECT_MT_modifier_add_deform", draw_modifier_entry),
+    ("VIEW3D_MT_object", draw_object_entry),
+    ("VIEW3D_MT_edit_lattice", draw_object_entry),
+)
 
 
 def register() -> None:

@@ -10,6 +10,8 @@ from ..core.report import Report
 from ..tool import baked, sockets, stack, state, words
 from .adding import ISOCHOR_OT_add
 from .choosing import active_object, users_of
+from .fitting import ISOCHOR_OT_fit_lattice
+from .mirroring import ISOCHOR_OT_mirror_lattice
 from .removing import ISOCHOR_OT_remove
 
 LETTER_WIDTH, ICON_AND_MARGINS = 7.0, 75.0
@@ -34,6 +36,9 @@ class VIEW3D_PT_isochor(bpy.types.Panel):
         row = layout.row(align=True)
         row.operator(ISOCHOR_OT_add.bl_idname, text="Add", icon="MOD_LATTICE")
         row.operator(ISOCHOR_OT_remove.bl_idname, text="Remove", icon="X")
+        row = layout.row(align=True)
+        row.operator(ISOCHOR_OT_fit_lattice.bl_idname, text="Fit Again", icon="FULLSCREEN_EXIT")
+        row.operator(ISOCHOR_OT_mirror_lattice.bl_idname, text="Mirror", icon="MOD_MIRROR")
 
 
 def shown(context: bpy.types.Context) -> list[tuple[bpy.types.Object, bpy.types.NodesModifier]]:

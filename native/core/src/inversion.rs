@@ -15,7 +15,7 @@ use crate::pieces::{NEAREST, Pieces, indices};
 
 /// Sizes are of the order of 1 in the coordinates of the search. A residual below `EXACT` is left as it is; one that gets no
 /// smaller counts as zero below `ROUNDING`. Both are fractions of the largest size in the lattice.
-const EXACT: f64 = 2e-16;
+const EXACT: f64 = 1e-15;
 const ROUNDING: f64 = 1e-13;
 
 const NEWTON_STEPS: usize = 40;
@@ -256,9 +256,18 @@ impl<'a> Inversion<'a> {
     /// The lattice at `parameter`, less `local`, and its derivatives; beyond the domain the bend stays that of the nearest
     /// parameters.
     fn evaluate(&self, parameter: DVec3, local: DVec3) -> Local {
+        // Cubics are by far the commonest; room for any degree takes longer to clear than they take to evaluate.
+        if self.lattice.axes().iter().all(|axis| axis.degree() < 4) {
+            self.evaluate_in::<4>(parameter, local)
+        } else {
+            self.evaluate_in::<MAX_POINTS>(parameter, local)
+        }
+    }
+
+    fn evaluate_in<const MAX: usize>(&self, parameter: DVec3, local: DVec3) -> Local {
         let [_, nv, nw] = self.lattice.shape();
-        let mut weights = [[0.0; MAX_POINTS]; 3];
-        let mut slopes = [[0.0; MAX_POINTS]; 3];
+        let mut weights = [[0.0; MAX]; 3];
+        let mut slopes = [[0.0; MAX]; 3];
         let mut first = [0; 3];
         let mut taps = [0; 3];
         for axis in 0..3 {

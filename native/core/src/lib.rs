@@ -10,6 +10,7 @@
 
 mod basis;
 mod binding;
+pub mod elastic;
 mod embedding;
 mod engine;
 mod error;
@@ -28,6 +29,7 @@ mod walks;
 
 pub use basis::{AxisBasis, MAX_POINTS, Span};
 pub use binding::Binding;
+pub use elastic::Elastic;
 pub use error::{Error, Result};
 pub use glam::{DMat3, DVec3};
 pub use inversion::Preimage;

@@ -48,6 +48,7 @@ pub(crate) enum Numbers {
     Floats,
     FloatsOrIntegers,
     Integers,
+    Booleans,
 }
 
 impl Numbers {
@@ -56,6 +57,7 @@ impl Numbers {
             Self::Floats => kind == b'f',
             Self::FloatsOrIntegers => matches!(kind, b'f' | b'i' | b'u'),
             Self::Integers => matches!(kind, b'i' | b'u'),
+            Self::Booleans => kind == b'b',
         }
     }
 
@@ -64,6 +66,7 @@ impl Numbers {
             Self::Floats => "floating-point numbers",
             Self::FloatsOrIntegers => "real numbers",
             Self::Integers => "integers",
+            Self::Booleans => "true or false",
         }
     }
 }
@@ -86,6 +89,10 @@ impl Argument {
 
     pub(crate) const fn volume(name: &'static str) -> Self {
         Self { name, family: Family::Volume }
+    }
+
+    pub(crate) const fn elastic(name: &'static str) -> Self {
+        Self { name, family: Family::Elastic }
     }
 
     /// The exception about this argument.

@@ -332,7 +332,7 @@ fn changed_precision() -> isochor_core::Error {
 }
 
 /// Triangles (F, 3) of any integer type.
-fn indices(object: &ArrayLike<'_>) -> PyResult<Vec<[u32; 3]>> {
+pub(crate) fn indices(object: &ArrayLike<'_>) -> PyResult<Vec<[u32; 3]>> {
     let argument = Argument::mesh("triangles");
     let array = argument.array(object, Numbers::Integers, &[None, Some(3)])?;
     let wide: Vec<i64> = converted(&array, "int64")?;
@@ -348,7 +348,7 @@ fn indices(object: &ArrayLike<'_>) -> PyResult<Vec<[u32; 3]>> {
     Ok(rows(wide.into_iter().map(|index| index as u32).collect()))
 }
 
-fn influences(object: &ArrayLike<'_>) -> PyResult<Vec<f64>> {
+pub(crate) fn influences(object: &ArrayLike<'_>) -> PyResult<Vec<f64>> {
     Argument::mesh("influence").floats(object, Numbers::FloatsOrIntegers, &[None])
 }
 

@@ -10,6 +10,7 @@ pyo3::import_exception!(isochor.errors, LatticeError);
 pyo3::import_exception!(isochor.errors, MeshError);
 pyo3::import_exception!(isochor.errors, VolumeError);
 pyo3::import_exception!(isochor.errors, PinError);
+pyo3::import_exception!(isochor.errors, ElasticError);
 pyo3::import_exception!(isochor.errors, DeviceError);
 pyo3::import_exception!(isochor.errors, UnknownDeviceError);
 
@@ -19,6 +20,7 @@ pub(crate) enum Family {
     Lattice,
     Mesh,
     Volume,
+    Elastic,
 }
 
 impl Family {
@@ -27,6 +29,7 @@ impl Family {
             Self::Lattice => LatticeError::new_err(message),
             Self::Mesh => MeshError::new_err(message),
             Self::Volume => VolumeError::new_err(message),
+            Self::Elastic => ElasticError::new_err(message),
         }
     }
 }
@@ -37,6 +40,7 @@ pub(crate) fn to_python(error: isochor_core::Error) -> PyErr {
         isochor_core::Error::Lattice(message) => LatticeError::new_err(message),
         isochor_core::Error::Mesh(message) => MeshError::new_err(message),
         isochor_core::Error::Volume(message) => VolumeError::new_err(message),
+        isochor_core::Error::Elastic(message) => ElasticError::new_err(message),
     }
 }
 

@@ -5,6 +5,7 @@ mod arrays;
 mod backend;
 mod binding;
 mod device;
+mod elastic;
 mod errors;
 mod lattice;
 mod preserved;
@@ -21,6 +22,8 @@ mod _native {
     use super::device::copy_bandwidth;
     #[pymodule_export]
     use super::device::devices;
+    #[pymodule_export]
+    use super::elastic::Elastic;
     #[pymodule_export]
     use super::lattice::Lattice;
     #[pymodule_export]

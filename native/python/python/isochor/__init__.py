@@ -6,13 +6,15 @@ it was (:meth:`Binding.preserve`). The method is that of Hahmann, Bonneau, Barbi
 FFD for programmable graphics hardware* (2012).
 """
 
-from ._native import Binding, Device, Lattice, Preserved, __version__, devices
-from .errors import DeviceError, Error, LatticeError, MeshError, PinError, UnknownDeviceError, VolumeError
+from ._native import Binding, Device, Elastic, Lattice, Preserved, __version__, devices
+from .errors import DeviceError, ElasticError, Error, LatticeError, MeshError, PinError, UnknownDeviceError, VolumeError
 
 __all__ = [
     "Binding",
     "Device",
     "DeviceError",
+    "Elastic",
+    "ElasticError",
     "Error",
     "Lattice",
     "LatticeError",

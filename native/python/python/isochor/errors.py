@@ -27,6 +27,10 @@ class PinError(Error, ValueError):
     """Pins are wrong, repeated or contradict each other."""
 
 
+class ElasticError(Error, ValueError):
+    """What an elastic body is made of, its ground, or the time to move on by is wrong."""
+
+
 class DeviceError(Error, RuntimeError):
     """The device asked for is not there or failed."""
 
