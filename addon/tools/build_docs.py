@@ -7,6 +7,7 @@ Use: python build_docs.py [python] [rust]; without a name, both.
 
 import shutil
 import sys
+from pathlib import Path
 
 import build_wheel
 import environments
@@ -14,6 +15,7 @@ import toolchain
 from workspace import OUT, ROOT, Command, as_program, fail, run, say
 
 PLACE = OUT / "docs"
+LOOK = Path(__file__).with_name("docs_look")
 CRATES = ("isochor-core", "isochor-gpu")
 
 
@@ -25,8 +27,12 @@ def python_reference() -> None:
     # In an empty folder: the sources of the clone must not stand before the wheel.
     place.mkdir(parents=True)
     command: Command = [interpreter, "-m", "pdoc", "--docformat", "restructuredtext", "--no-show-source"]
-    run([*command, "--footer-text", "Isochor, GPL-3.0-or-later", "--output-directory", place, "isochor"], cwd=place)
-    say(f"wrote {place / 'isochor.html'}")
+    look = ["--template-directory", LOOK, "--footer-text", "Isochor, GPL-3.0-or-later"]
+    run([*command, *look, "--output-directory", place, "isochor"], cwd=place)
+    page = place / "isochor.html"
+    # A default that Python cannot show is "..." in the binding's signatures; pdoc writes the object's name.
+    page.write_text(page.read_text(encoding="utf-8").replace("Ellipsis", "..."), encoding="utf-8")
+    say(f"wrote {page}")
 
 
 def rust_reference() -> None:
