@@ -15,7 +15,7 @@ help:
 	@echo 'make screenshots take pictures of the real window into out/gallery/screenshots/'
 	@echo 'make extension   build the installable zip dist/isochor-<version>-<platform>.zip'
 	@echo 'make test        run every test there is; make test LEGS="rust native" runs some legs of it, and'
-	@echo '                 make test LEGS=bpy-3.13 TESTS="tests/blender/test_rest.py -k bound" some tests of a leg'
+	@echo '                 make test LEGS=bpy-3.13 TESTS="tests/blender/test_set_rest.py -k clear" some tests of a leg'
 	@echo 'make docs        write the reference of the Python module and the Rust crates into out/docs/'
 	@echo 'make bench       measure against the volume paper and against Blender'"'"'s own Lattice modifier'
 	@echo 'make bench-gpu   measure on a graphics card, into native/gpu/BENCHMARKS.md'

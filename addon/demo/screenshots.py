@@ -147,6 +147,20 @@ def volume_curve(out: Path) -> window.Steps:
     image.save(filepath=str(out / "volume-curve-image.png"))
 
 
+def menu(out: Path) -> window.Steps:
+    """All that can be done, in the Object menu's place; Esc closes it again."""
+    view, main_window = window.area("VIEW_3D"), bpy.context.window_manager.windows[0]
+    place = (view.x + 130, view.y + view.height // 2 + 60)
+    main_window.cursor_warp(*place)
+    yield from window.settle()
+    with window.within(view):
+        bpy.ops.wm.call_menu(name="VIEW3D_MT_isochor")
+    yield from window.picture(out / "menu.png", view)
+    for value in ("PRESS", "RELEASE"):
+        main_window.event_simulate(type="ESC", value=value, x=place[0], y=place[1])
+        yield
+
+
 def popover(out: Path) -> window.Steps:
     """The overlay's place among Blender's own. The popover stays open, so this is the last picture."""
     view = window.area("VIEW_3D")
@@ -161,7 +175,7 @@ def everything(out: Path) -> window.Steps:
     """All pictures, one after the other."""
     yield from set_up_window()
     shading()
-    for part in (just_added, squashed, deformed_space, animated, volume_curve, popover):
+    for part in (just_added, squashed, deformed_space, animated, volume_curve, menu, popover):
         yield from part(out)
     complaints = sys.modules[f"{EXTENSION}.tool.overlay"].complaints()
     if complaints:
