@@ -27,7 +27,7 @@ def python_reference() -> None:
     # In an empty folder: the sources of the clone must not stand before the wheel.
     place.mkdir(parents=True)
     command: Command = [interpreter, "-m", "pdoc", "--docformat", "restructuredtext", "--no-show-source"]
-    look = ["--template-directory", LOOK, "--footer-text", "Isochor, GPL-3.0-or-later"]
+    look: Command = ["--template-directory", LOOK, "--footer-text", "Isochor, GPL-3.0-or-later"]
     run([*command, *look, "--output-directory", place, "isochor"], cwd=place)
     page = place / "isochor.html"
     # A default that Python cannot show is "..." in the binding's signatures; pdoc writes the object's name.
