@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Puts the pictures that the documentation shows from out/gallery into docs/pictures, in few colours and small."""
+"""Puts the pictures that the documentation shows from out/gallery into docs/pictures, each small enough."""
 
 import argparse
 import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -19,16 +20,19 @@ def shown_pictures(docs: Path) -> set[str]:
     return {name for page in docs.rglob("*.md") for name in SHOWN.findall(page.read_text(encoding="utf-8"))}
 
 
-def publish(source: Path, place: Path) -> int:
-    """Writes the picture in 256 colours or, where it would be too large, in fewer; returns its size in bytes."""
-    picture = Image.open(source).convert("RGB")
+def publish(source: Path, place: Path) -> None:
+    """Writes the picture in 256 colours, or in fewer where it would be too large; one that has few is left as it is."""
+    picture = Image.open(source)
+    if picture.mode == "P" and picture.width <= WIDEST:
+        shutil.copyfile(source, place)
+        return
+    picture = picture.convert("RGB")
     picture.thumbnail((WIDEST, WIDEST))
     for colours in (256, 128, 64):
-        few = picture.quantize(colours, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE)
-        few.save(place, optimize=True)
+        few = picture.quantize(colours, Image.Quantize.MAXCOVERAGE, kmeans=2)
+        picture.quantize(palette=few, dither=Image.Dither.FLOYDSTEINBERG).save(place, optimize=True)
         if place.stat().st_size <= EACH:
-            break
-    return place.stat().st_size
+            return
 
 
 def main() -> None:
