@@ -47,6 +47,7 @@ def set_up_window() -> window.Steps:
     properties = window.area("PROPERTIES")
     properties.spaces.active.context = "MODIFIER"
     window.move_edge(properties.x - 1, properties.y + 100, -80)
+    window.move_edge(view.x + 200, view.y - 1, -60)
     yield from window.settle()
 
 
