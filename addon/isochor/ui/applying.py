@@ -4,7 +4,7 @@
 import bpy
 
 from ..core.problem import Problem
-from ..tool import applying
+from ..tool import applying, words
 from .choosing import chosen_modifiers
 
 
@@ -54,10 +54,10 @@ class ISOCHOR_OT_apply(bpy.types.Operator):
         try:
             warnings = applying.apply(chosen_modifiers(context), how, context)
         except Problem as trouble:
-            self.report({"ERROR"}, str(trouble))
+            self.report({"ERROR"}, words.reported(trouble.sentence))
             return {"CANCELLED"}
         for text in warnings:
-            self.report({"WARNING"}, text)
+            self.report({"WARNING"}, words.reported(text))
         return {"FINISHED"}
 
 
