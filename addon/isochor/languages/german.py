@@ -166,6 +166,7 @@ TEXTS = {
     "{names}: no finite number. Correct the driver or the keys, or type a value.": "{names}: keine endliche Zahl. Den Treiber oder die Keys berichtigen oder einen Wert eingeben.",
     "The last frame ({last}) comes before the first ({first}): correct one of them.": "Das letzte Bild ({last}) kommt vor dem ersten ({first}): eines von beiden berichtigen.",
     "“{modifier}” of “{name}” is switched off: switch it on in the viewport first.": "„{modifier}“ von „{name}“ ist ausgeschaltet: ihn zuerst in der Ansicht einschalten.",
+    "“{modifier}” is switched off on “{name}”: switch it on in the viewport first.": "„{modifier}“ ist bei „{name}“ ausgeschaltet: ihn zuerst in der Ansicht einschalten.",
     "“{name}” has no Volume Lattice: add one first, or name another object.": "„{name}“ hat kein Volumengitter: zuerst eines hinzufügen oder ein anderes Objekt nennen.",
     "The shape keys of “{name}” are absolute, played by time: only relative ones can take more.": "Die Formschlüssel von „{name}“ sind absolut und laufen nach der Zeit ab: nur zu relativen lassen sich weitere hinzufügen.",
     "“{name}” shows one shape key alone: turn Solo off in its shape keys first.": "„{name}“ zeigt nur einen Formschlüssel: zuerst Solo bei seinen Formschlüsseln ausschalten.",
@@ -263,7 +264,7 @@ TEXTS = {
     "The mesh was edited since the lattice was added or bound: Rest is its old volume. Fit the lattice again, bind again with Set Rest, or set Reference to Incoming.": "Das Netz wurde bearbeitet, seit das Gitter hinzugefügt oder gebunden wurde: Rest ist sein altes Volumen. Das Gitter neu anpassen, mit Ruhelage setzen neu binden oder Reference auf Incoming setzen.",
     "bound with “{name}”, {shape} points": "gebunden mit „{name}“, {shape} Punkte",
     "not bound; the lattice's undeformed box counts as its rest": "nicht gebunden; als Ruhelage gilt der unverformte Quader des Gitters",
-    "{outside} of {count} vertices are outside the lattice: the input Outside says what becomes of them": "{outside} von {count} Vertices liegen außerhalb des Gitters: der Eingang Outside bestimmt, was mit ihnen geschieht",
+    "{outside} of {count} vertices are not inside the lattice: the input Outside says what becomes of them": "{outside} von {count} Vertices liegen außerhalb des Gitters: der Eingang Outside bestimmt, was mit ihnen geschieht",
     # Baking and applying
     "Bake": "Backen",
     "Baked": "Gebacken",

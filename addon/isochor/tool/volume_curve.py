@@ -43,7 +43,7 @@ def require_measurable(pairs: Sequence[Pair]) -> None:
         if not stack.is_on(modifier, "VIEWPORT"):
             raise problem.Problem(
                 Sentence(
-                    "“{modifier}” of “{name}” is switched off: switch it on in the viewport first.",
+                    "“{modifier}” is switched off on “{name}”: switch it on in the viewport first.",
                     modifier=modifier.name,
                     name=obj.name,
                 )

@@ -23,6 +23,7 @@ class ISOCHOR_OT_apply(bpy.types.Operator):
     keep_modifier: bpy.props.BoolProperty(
         name="Keep Modifier",
         description="With a shape key: switch the Volume Lattice off in viewport and renders instead of removing it",
+        options={"SKIP_SAVE"},
     )
     single_user: bpy.props.BoolProperty(
         name="Single User",

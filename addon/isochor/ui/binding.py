@@ -95,7 +95,7 @@ def warnings(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> list[s
 def not_inside(outside: int, count: int) -> str:
     """Some of the vertices are outside the lattice."""
     return Sentence(
-        "{outside} of {count} vertices are outside the lattice: the input Outside says what becomes of them",
+        "{outside} of {count} vertices are not inside the lattice: the input Outside says what becomes of them",
         outside=outside,
         count=count,
     )

@@ -31,7 +31,13 @@ class ISOCHOR_OT_measure_volume(bpy.types.Operator):
     frame_end: bpy.props.IntProperty(
         name="End", description="Last frame; the scene's where it is not given", options={"SKIP_SAVE"}
     )
-    step: bpy.props.IntProperty(name="Step", description="Frames from one measured frame to the next", default=1, min=1)
+    step: bpy.props.IntProperty(
+        name="Step",
+        description="Frames from one measured frame to the next",
+        default=1,
+        min=1,
+        options={"SKIP_SAVE"},
+    )
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

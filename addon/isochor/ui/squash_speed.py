@@ -45,6 +45,7 @@ class ISOCHOR_OT_squash_from_speed(Driving, bpy.types.Operator):
         description="World units a second at which the stretch is whole; 0 takes the fastest of these frames",
         default=0.0,
         min=0.0,
+        options={"SKIP_SAVE"},
     )
 
     def put(self, context: bpy.types.Context, pairs: Pairs) -> None:
