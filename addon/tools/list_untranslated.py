@@ -18,7 +18,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "isochor"
 LANGUAGES = SOURCE / "languages"
 LABELS = {"bl_label", "bl_description"}
 KEYWORDS = {"name", "description", "text", "text_ctxt", "heading", "title", "message", "confirm_text"}
-PLACED = ("label", "prop", "operator", "menu", "invoke_confirm", "invoke_props_dialog")
+PLACED = ("label", "prop", "operator", "menu", "invoke_confirm", "invoke_props_dialog", "update")
 WRITERS = {"report", "poll_message_set", "Problem", "Refused", "Sentence", "sentence", "shown", "reported"}
 SPOKEN = SOURCE / "core" / "problem.py"
 """Every string in it is the user's to read."""

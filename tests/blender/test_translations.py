@@ -231,6 +231,15 @@ def test_every_report_comes_out_in_german(german, tmp_path):
 
 
 @needs_languages
+def test_the_picture_of_the_curve_is_in_german_and_else_in_letters_that_it_has(german, monkeypatch):
+    pictures, image = scenes.part("tool.curve_picture"), scenes.part("core.curve_image")
+    assert pictures.in_words(image.LIGHT).words.plain == "Gitter allein"
+    assert pictures.look_of_theme(bpy.context).words.y_title == "% des Zielvolumens"
+    monkeypatch.setattr(pictures.words, "shown", lambda text: "Größe" if text == "frame" else text)
+    assert pictures.in_words(image.LIGHT) == image.LIGHT
+
+
+@needs_languages
 def test_tooltips_of_inputs_come_out_in_german(german):
     group = scenes.part("tool.node_group").ensure()
     inputs = [item for item in group.interface.items_tree if item.item_type == "SOCKET" and item.in_out == "INPUT"]

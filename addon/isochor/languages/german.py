@@ -245,6 +245,7 @@ TEXTS = {
     "End: frame {end} is before the start, {start}; make it later": "Ende: Bild {end} liegt vor dem Anfang, {start}; ein späteres wählen",
     "The keys of “{name}” come from another file: make its action local first": "Die Keys von „{name}“ kommen aus einer anderen Datei: zuerst die Action lokal machen",
     "The property {property} of “{name}” has a driver: delete it first": "Die Eigenschaft {property} von „{name}“ hat einen Treiber: ihn zuerst löschen",
+    "World units a second, sampled by Squash from Speed": "Welteinheiten in der Sekunde, gemessen von Stauchen nach Geschwindigkeit",
     "Bone: “{armature}” has no bone “{name}”; correct the name": "Knochen: „{armature}“ hat keinen Knochen „{name}“; den Namen berichtigen",
     "Bone: “{armature}” has no active bone; click one in Pose Mode, or name it": "Knochen: „{armature}“ hat keinen aktiven Knochen; im Posenmodus einen anklicken oder ihn nennen",
     # Binding
@@ -438,6 +439,10 @@ TEXTS = {
     "{first} to {last}": "{first} bis {last}",
     "{percent} % at worst": "{percent} % schlimmstenfalls",
     "“{name}” has no volume to measure in any of these frames: {reason}": "„{name}“ hat in keinem dieser Bilder ein Volumen, das sich messen ließe: {reason}",
+    "lattice alone": "Gitter allein",
+    "corrected": "korrigiert",
+    "% of target volume": "% des Zielvolumens",
+    "frame": "Bild",
     "it encloses none.": "es schließt keines ein.",
     "The image “{name}” can be opened in an Image Editor": "Das Bild „{name}“ lässt sich in einem Bildeditor öffnen",
 }
