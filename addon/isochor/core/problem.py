@@ -132,6 +132,16 @@ def not_finite(names: list[str]) -> str:
     )
 
 
+def drawn_otherwise(count: int, share: float) -> str:
+    """Blender cuts so many quads along the other diagonal, and draws so much more of the volume (a fraction)."""
+    return Sentence(
+        "Blender draws {count} of the quads cut along the other diagonal, and with them a volume that is {percent} %"
+        " off: put a Triangulate modifier above Volume Lattice where that matters.",
+        count=count,
+        percent=f"{100.0 * share:+.2g}",
+    )
+
+
 def linked(name: str) -> str:
     """The object's result meshes belong to another file, where they cannot be written."""
     return Sentence(

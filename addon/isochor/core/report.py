@@ -49,6 +49,13 @@ class Report:
         return self.asked if self.result is None else np.asarray(self.result.control)
 
     @property
+    def vertices(self) -> NDArray[Any] | None:
+        """(V, 3) vertices that the user gets; None where no volume was corrected."""
+        if self.rounded is not None:
+            return self.rounded[0]
+        return None if self.result is None else self.result.vertices
+
+    @property
     def device(self) -> str:
         """What computed the correction; empty where there was none."""
         return str(self.result.device) if self.result is not None else ""

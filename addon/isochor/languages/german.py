@@ -445,5 +445,6 @@ TEXTS = {
     "frame": "Bild",
     "it encloses none.": "es schließt keines ein.",
     "The image “{name}” can be opened in an Image Editor": "Das Bild „{name}“ lässt sich in einem Bildeditor öffnen",
+    "Blender draws {count} of the quads cut along the other diagonal, and with them a volume that is {percent} % off: put a Triangulate modifier above Volume Lattice where that matters.": "Blender zeichnet {count} der Vierecke entlang der anderen Diagonale geteilt, und mit ihnen ein Volumen, das um {percent} % abweicht: einen Triangulieren-Modifikator über das Volumengitter setzen, wo es darauf ankommt.",
 }
 """English to German."""

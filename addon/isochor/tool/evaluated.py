@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..core import problem
 from ..core.faces import split_small_faces
+from ..core.quads import quads_of
 
 Positions = NDArray[np.float32]
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -106,6 +107,12 @@ class Faces:
             self._refresh(source, original)
             self._stamp = whole
         return self.triangles
+
+    def quads(self) -> NDArray[np.int32]:
+        """(Q, 4) vertices of the faces with four corners among those that were read."""
+        if self._corners is None or self._starts is None:
+            return np.empty((0, 4), np.int32)
+        return quads_of(self._corners, self._starts)
 
     def _refresh(self, source: bpy.types.Mesh, original: bpy.types.Mesh) -> None:
         corners, starts = face_arrays(source)

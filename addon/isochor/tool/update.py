@@ -14,6 +14,7 @@ from ..core.settings import Settings
 from ..core.solver import Outcome, Request, Solver, Vertices
 from . import device, evaluated, frame_memory, node_group, results, sockets, stack
 from .bound import BoundCache
+from .drawn import Cuts
 
 Key = tuple[int, int, str]
 """Session identifier of the object, identifier of the modifier in it, depsgraph mode."""
@@ -36,6 +37,7 @@ class Memory:
     anchored: bool = False
     anchor: NDArray[np.float64] | None = None
     report: Report = field(default_factory=Report)
+    cuts: Cuts = field(default_factory=Cuts)
 
     @property
     def transform_before(self) -> NDArray[np.float64] | None:

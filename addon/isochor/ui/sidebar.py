@@ -82,10 +82,18 @@ def draw_modifier(
         draw_text(layout, text, "ERROR", width)
     if memory.report.inside_out:
         draw_text(layout, problem.INSIDE_OUT, "INFO", width)
+    if not is_playing():
+        draw_text(layout, memory.cuts.note(memory.report, memory.faces), "INFO", width)
     grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
     for name, value in rows(memory.report):
         grid.label(text=name, translate=False)
         grid.label(text=value, translate=False)
+
+
+def is_playing() -> bool:
+    """Whether the animation plays in this window, so that the panel must not slow it down."""
+    screen = bpy.context.screen
+    return screen is not None and bool(screen.is_animation_playing)
 
 
 def notes(modifier: bpy.types.NodesModifier) -> list[str]:
