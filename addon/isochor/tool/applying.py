@@ -60,7 +60,7 @@ def _refusal(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, how: How)
     if obj.mode != "OBJECT":
         return f"“{obj.name}” is in another mode: go to Object Mode first."
     if baked.KEY in obj:
-        return f"“{obj.name}” plays a bake: free the bake first."
+        return problem.plays_bake(obj.name)
     if not modifier.show_viewport:
         return f"“{modifier.name}” of “{obj.name}” is switched off: switch it on in the viewport first."
     return _mesh_refusal(obj, how)

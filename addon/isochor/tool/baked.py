@@ -9,7 +9,7 @@ from typing import Any
 
 import bpy
 
-from . import animation_paths, frame_keys, influence_group, removing, stack
+from . import animation_paths, frame_keys, influence_group, lattices, stack
 
 KEY = "isochor_bake"
 """Custom property of an object: {"cache": identifier, or empty where shape keys play; "keys": their names; "basis":
@@ -86,7 +86,7 @@ def drop(obj: bpy.types.Object) -> None:
         obj.modifiers.remove(cache)
         animation_paths.remove(obj, [path])
         influence_group.remove(obj, group)
-        if lattice is not None and MADE_BY_BAKE in lattice and not removing.is_used(lattice):
+        if lattice is not None and MADE_BY_BAKE in lattice and not lattices.is_used(lattice):
             _drop_lattice(lattice)
     frame_keys.remove(obj, keys(obj), bool(obj[KEY].get("basis", False)))
     obj[KEY] = {**obj[KEY].to_dict(), "cache": "", "keys": [], "basis": False}

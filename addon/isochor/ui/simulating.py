@@ -9,8 +9,10 @@ import bpy
 import isochor
 
 from ..core import problem
-from ..tool import baked_lattice, simulation
-from .choosing import active_object, chosen_modifiers
+from ..tool import baked, baked_lattice, simulation
+from ..tool.frames import frame_kept
+from ..tool.lattices import of_all, users_of
+from .choosing import active_object, chosen_lattices, chosen_modifiers
 from .simulation_settings import SimulationSettings
 
 Work = Generator[float, None, set[str]]
@@ -89,7 +91,7 @@ class ISOCHOR_OT_simulate(SimulationSettings, bpy.types.Operator):
 
     def _prepared(self, context: bpy.types.Context) -> Work | None:
         """The work to do, or None where something is wrong, which then has been said."""
-        lattices = simulation.lattices_of(chosen_modifiers(context))
+        lattices = of_all(chosen_modifiers(context))
         self.fill_in(context, lattices)
         try:
             refuse(lattices, self.frame_start, self.frame_end)
@@ -100,25 +102,24 @@ class ISOCHOR_OT_simulate(SimulationSettings, bpy.types.Operator):
 
     def _simulated(self, context: bpy.types.Context, lattices: list[bpy.types.Object]) -> Work:
         """Simulates all, then bakes all: a cancelled or failed one changes nothing. Ends with the outcome."""
-        frame, subframe = context.scene.frame_current, context.scene.frame_subframe
-        freed = {lattice: baked_lattice.free(lattice) for lattice in lattices if baked_lattice.is_baked(lattice)}
-        found = {lattice: simulation.Shapes(0, []) for lattice in lattices}
-        try:
-            for number, lattice in enumerate(lattices):
-                for share in self._one(context, lattice, found[lattice]):
-                    yield (number + share) / len(lattices)
-            for lattice in lattices:
-                if lattice in freed:
-                    baked_lattice.remove(freed.pop(lattice))
-                baked_lattice.bake(lattice, found[lattice].first, found[lattice].points, self.as_kept())
-        except (problem.Problem, isochor.Error) as trouble:
-            text = str(trouble) if isinstance(trouble, problem.Problem) else problem.sentence(trouble)
-            self.report({"ERROR"}, text)
-            return {"CANCELLED"}
-        finally:
-            for lattice, baked in freed.items():
-                baked_lattice.put_back(lattice, baked)
-            context.scene.frame_set(frame, subframe=subframe)
+        with frame_kept(context.scene):
+            freed = {lattice: baked_lattice.free(lattice) for lattice in lattices if baked_lattice.is_baked(lattice)}
+            found = {lattice: simulation.Shapes(0, []) for lattice in lattices}
+            try:
+                for number, lattice in enumerate(lattices):
+                    for share in self._one(context, lattice, found[lattice]):
+                        yield (number + share) / len(lattices)
+                for lattice in lattices:
+                    if lattice in freed:
+                        baked_lattice.remove(freed.pop(lattice))
+                    baked_lattice.bake(lattice, found[lattice].first, found[lattice].points, self.as_kept())
+            except (problem.Problem, isochor.Error) as trouble:
+                text = str(trouble) if isinstance(trouble, problem.Problem) else problem.sentence(trouble)
+                self.report({"ERROR"}, text)
+                return {"CANCELLED"}
+            finally:
+                for lattice, baked in freed.items():
+                    baked_lattice.put_back(lattice, baked)
         return {"FINISHED"}
 
     def _one(self, context: bpy.types.Context, lattice: bpy.types.Object, shapes: simulation.Shapes) -> Iterator[float]:
@@ -159,7 +160,7 @@ class ISOCHOR_OT_free_simulation(bpy.types.Operator):
 
 def simulated_lattices(context: bpy.types.Context) -> list[bpy.types.Object]:
     """The lattices meant that show a simulation."""
-    return [lattice for lattice in simulation.lattices_of(chosen_modifiers(context)) if baked_lattice.is_baked(lattice)]
+    return [lattice for lattice in chosen_lattices(context) if baked_lattice.is_baked(lattice)]
 
 
 def refuse(lattices: list[bpy.types.Object], start: int, end: int) -> None:
@@ -172,6 +173,10 @@ def refuse(lattices: list[bpy.types.Object], start: int, end: int) -> None:
     editing = [lattice.name for lattice in lattices if lattice.mode != "OBJECT"]
     if editing:
         raise problem.Problem(problem.in_edit_mode(editing))
+    for lattice in lattices:
+        playing = [obj.name for obj, _modifier in users_of(lattice) if baked.KEY in obj]
+        if playing:
+            raise problem.Problem(problem.plays_bake(playing[0]))
     if end <= start:
         raise problem.Problem(problem.no_frames(start, end))
 
