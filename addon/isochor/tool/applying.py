@@ -59,7 +59,7 @@ def _refusal(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, how: How)
         return f"“{modifier.name}” of “{obj.name}” belongs to the object's library: make the object local first."
     if obj.mode != "OBJECT":
         return f"“{obj.name}” is in another mode: go to Object Mode first."
-    if baked.KEY in obj:
+    if baked.is_playing(obj):
         return problem.plays_bake(obj.name)
     if not modifier.show_viewport:
         return f"“{modifier.name}” of “{obj.name}” is switched off: switch it on in the viewport first."

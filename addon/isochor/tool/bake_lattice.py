@@ -15,6 +15,7 @@ from ..core.grid import Grid
 from ..core.solver import Request, same_array
 from ..core.tally import Tally
 from . import (
+    adding,
     animation_paths,
     baked,
     evaluated,
@@ -181,9 +182,9 @@ def _new_lattice(obj: bpy.types.Object, axes: native_lattice.Axes) -> bpy.types.
     for axis, native in zip("uvw", axes, strict=True):
         setattr(data, f"points_{axis}", native.count)
         setattr(data, f"interpolation_type_{axis}", native.interpolation)
-    for collection in obj.users_collection:
-        if collection.is_editable:
-            collection.objects.link(lattice)
+    open_ones = [collection for collection in obj.users_collection if adding.takes_objects(collection)]
+    for collection in open_ones or [bpy.context.scene.collection]:
+        collection.objects.link(lattice)
     lattice.hide_viewport = True
     return lattice
 

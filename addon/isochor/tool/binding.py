@@ -12,7 +12,7 @@ Pair = tuple[bpy.types.Object, bpy.types.NodesModifier]
 
 def shape_now(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, depsgraph: bpy.types.Depsgraph) -> BoundShape:
     """The modifier's lattice as it stands, seen from the object; raises a Problem where there is none to bind with."""
-    if baked.KEY in obj:
+    if baked.is_playing(obj):
         raise problem.Problem(problem.plays_bake(obj.name))
     original = sockets.read(modifier, sockets.LATTICE)
     if original is None:

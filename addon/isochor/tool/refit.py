@@ -27,7 +27,7 @@ def refuse(lattice: bpy.types.Object, users: list[User]) -> None:
     if baked_lattice.is_baked(lattice):
         raise problem.Problem(problem.simulated(lattice.name))
     for user, _modifier in users:
-        if baked.KEY in user:
+        if baked.is_playing(user):
             raise problem.Problem(problem.plays_bake(user.name))
     bound_ones = [user.name for user, modifier in users if bound.bound_with(results.of(modifier, "VIEWPORT"))]
     if bound_ones:

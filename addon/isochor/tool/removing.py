@@ -10,7 +10,7 @@ from . import adding, animation_paths, baked, baked_lattice, lattices, node_grou
 def remove(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
     """Removes the modifier with its keys and drivers, its result meshes, a bake that plays in its place, the lattice
     that isochor.add made for it if nothing else uses it, and the node group with its last user."""
-    if baked.KEY in obj:
+    if baked.is_playing(obj):
         baked.switch_back(obj)
     lattice = lattices.of(modifier)
     results.remove(modifier)

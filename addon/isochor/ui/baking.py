@@ -179,7 +179,7 @@ class ISOCHOR_OT_free_bake(bpy.types.Operator):
 def baked_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
     """Those meant, of which a bake plays, also where the Volume Lattice is gone."""
     users = [obj for obj, _modifier in chosen_modifiers(context)]
-    return [obj for obj in dict.fromkeys([*chosen_meshes(context), *users]) if baked.KEY in obj]
+    return [obj for obj in dict.fromkeys([*chosen_meshes(context), *users]) if baked.is_playing(obj)]
 
 
 CLASSES = (ISOCHOR_OT_bake, ISOCHOR_OT_free_bake)

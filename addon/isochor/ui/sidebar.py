@@ -77,7 +77,7 @@ def draw_modifier(
         draw_text(layout, text, "INFO", width)
     memory = state.recall(obj, modifier)
     if memory is None:
-        layout.label(text="Baked: not computed" if baked.KEY in obj else "Not computed yet")
+        layout.label(text="Baked: not computed" if baked.is_playing(obj) else "Not computed yet")
         return
     for text in memory.report.problems:
         draw_text(layout, text, "ERROR", width)

@@ -174,7 +174,7 @@ def refuse(lattices: list[bpy.types.Object], start: int, end: int) -> None:
     if editing:
         raise problem.Problem(problem.in_edit_mode(editing))
     for lattice in lattices:
-        playing = [obj.name for obj, _modifier in users_of(lattice) if baked.KEY in obj]
+        playing = [obj.name for obj, _modifier in users_of(lattice) if baked.is_playing(obj)]
         if playing:
             raise problem.Problem(problem.plays_bake(playing[0]))
     if end <= start:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.settings import AXES
+from ..core.words import Sentence
 from ..tool import drivers, lattice_frame, sockets, speed
 from ..tool.drivers import Variable
 from .driving import Driving, Pairs, Refused, refuse_taken
@@ -98,7 +99,11 @@ def sample(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> speed.Sa
 
 
 def refuse_unkeyable(obj: bpy.types.Object) -> None:
-    """Raises Refused where the object's keys belong to another file, or its speed is driven."""
+    """Raises Refused where the object's keys belong to another file, it cannot keep its speed, or that is driven."""
+    if obj.override_library is not None:
+        raise Refused(
+            Sentence("“{name}” is a library override, which keeps no speed in the file: make it local first", name=obj.name)
+        )
     action = obj.animation_data.action if obj.animation_data is not None else None
     if action is not None and not action.is_editable:
         raise Refused(f"The keys of “{obj.name}” come from another file: make its action local first")
