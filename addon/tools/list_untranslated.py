@@ -3,12 +3,13 @@
 
 Use: python list_untranslated.py. Ends with status 1 where something is missing. A text is found where it stands as a
 constant: as label or docstring of a Blender class, as name, description or item of a property, as text= of a layout,
-in report() and poll_message_set(), in Problem(), Sentence(), words.shown() and words.reported(), and anywhere in
-core/problem.py. Text with names in it that is no Sentence stays English in every language: it is listed last. The
-command line speaks English.
+in report() and poll_message_set(), in Problem(), Sentence(), words.shown() and words.reported(), also where these are
+given a constant of the module by its name, and anywhere in SPOKEN and TOOLTIPS. Text with names in it that is no
+Sentence stays English in every language: it is listed last. The command line speaks English.
 """
 
 import ast
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,10 +17,17 @@ from pathlib import Path
 SOURCE = Path(__file__).resolve().parents[1] / "isochor"
 LANGUAGES = SOURCE / "languages"
 LABELS = {"bl_label", "bl_description"}
-KEYWORDS = {"name", "description", "text", "text_ctxt"}
-WRITERS = {"report", "poll_message_set", "Problem", "Sentence", "shown", "reported"}
+KEYWORDS = {"name", "description", "text", "text_ctxt", "heading", "title", "message", "confirm_text"}
+PLACED = ("label", "prop", "operator", "menu", "invoke_confirm", "invoke_props_dialog", "update")
+WRITERS = {"report", "poll_message_set", "Problem", "Refused", "Sentence", "sentence", "shown", "reported"}
 SPOKEN = SOURCE / "core" / "problem.py"
 """Every string in it is the user's to read."""
+TOOLTIPS = SOURCE / "tool" / "group_inputs.py"
+"""Its prose is the tooltips of the modifier's inputs."""
+ENGLISH = (SOURCE / "core" / "frame_range.py", SOURCE / "core" / "joining.py")
+"""Used by the command line alone."""
+PROSE = re.compile(r"[^\W\d_]{2,} [^\W\d_]{2,}")
+"""Two words in a row, by which a sentence is known from an expression or a name."""
 
 
 def main() -> int:
@@ -61,28 +69,45 @@ def compare(language: str) -> tuple[list[str], list[str]]:
 def used_texts() -> set[str]:
     """Every English text that the extension shows."""
     found = {text for place in sources() for text in texts_of(place)}
-    return {text for text in found if any(letter.isalpha() for letter in text)}
+    return {text for text in found if any(letter.isalpha() for letter in re.sub(r"{\w*}", "", text))}
 
 
 def sources() -> list[Path]:
     """The extension's modules but for its languages and its command line."""
     found = [place for place in SOURCE.rglob("*.py") if LANGUAGES not in place.parents]
-    return sorted(place for place in found if not place.name.startswith("command_"))
+    return sorted(place for place in found if place not in ENGLISH and not place.name.startswith("command_"))
 
 
 def untranslatable(place: Path) -> Iterator[str]:
-    """Where a file shows a formatted string, which cannot be looked up; where its words are names alone, no matter."""
-    for node in ast.walk(ast.parse(place.read_text(encoding="utf-8"))):
-        if not isinstance(node, ast.Call) or ast.unparse(node.func).rpartition(".")[2] not in {*WRITERS, "label"}:
-            continue
-        for argument in [*node.args, *(keyword.value for keyword in node.keywords if keyword.arg == "text")]:
-            if isinstance(argument, ast.JoinedStr) and has_words(argument):
-                yield f"{place.relative_to(SOURCE)}:{argument.lineno} {ast.unparse(argument)}"
+    """Where a file shows a formatted string, which cannot be looked up, or makes one that reads like a sentence. Where
+    its words are names alone, or those of an exception for programmers, no matter."""
+    tree = ast.parse(place.read_text(encoding="utf-8"))
+    shown, raised = set(written(tree)), set(for_programmers(tree))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.JoinedStr) and node not in raised:
+            words = "…".join(text for part in node.values for text in constants(part))
+            if PROSE.search(words) or (node in shown and any(letter.isalpha() for letter in words)):
+                yield f"{place.relative_to(SOURCE)}:{node.lineno} {ast.unparse(node)}"
 
 
-def has_words(formatted: ast.JoinedStr) -> bool:
-    """Whether a formatted string holds letters of its own."""
-    return any(letter.isalpha() for part in formatted.values for text in constants(part) for letter in text)
+def called(node: ast.AST | None) -> str:
+    """The last name of what is called; empty where nothing is."""
+    return ast.unparse(node.func).rpartition(".")[2] if isinstance(node, ast.Call) else ""
+
+
+def written(tree: ast.Module) -> Iterator[ast.expr]:
+    """What is handed to a writer or a label."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and called(node) in {*WRITERS, "label"}:
+            yield from node.args
+            yield from (keyword.value for keyword in node.keywords if keyword.arg == "text")
+
+
+def for_programmers(tree: ast.Module) -> Iterator[ast.AST]:
+    """What is inside of exceptions that are no Problem."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Raise) and node.exc is not None and called(node.exc) not in WRITERS:
+            yield from ast.walk(node.exc)
 
 
 def texts_of(place: Path) -> Iterator[str]:
@@ -94,9 +119,20 @@ def texts_of(place: Path) -> Iterator[str]:
         elif isinstance(node, ast.Call):
             yield from of_call(node)
         elif isinstance(node, ast.Tuple):
-            yield from of_item(node)
+            yield from of_item(node.elts)
+    yield from of_names(tree)
     if place == SPOKEN:
         yield from spoken(tree)
+    elif place == TOOLTIPS:
+        yield from tooltips(tree)
+
+
+def of_names(tree: ast.Module) -> Iterator[str]:
+    """Constants of the module that are handed to a writer by name."""
+    names = {node.id for argument in written(tree) for node in ast.walk(argument) if isinstance(node, ast.Name)}
+    for line in tree.body:
+        if isinstance(line, ast.Assign) and ast.unparse(line.targets[0]) in names:
+            yield from constants(line.value)
 
 
 def of_class(node: ast.ClassDef) -> Iterator[str]:
@@ -113,8 +149,8 @@ def of_class(node: ast.ClassDef) -> Iterator[str]:
 
 def of_call(node: ast.Call) -> Iterator[str]:
     """Texts handed to a property, a layout, a report."""
-    name = ast.unparse(node.func).rpartition(".")[2]
-    if name.endswith("Property") or "layout" in ast.unparse(node.func) or name in ("label", "prop", "operator", "menu"):
+    name = called(node)
+    if name.endswith("Property") or "layout" in ast.unparse(node.func) or name in PLACED:
         for keyword in node.keywords:
             if keyword.arg in KEYWORDS:
                 yield from constants(keyword.value)
@@ -122,15 +158,18 @@ def of_call(node: ast.Call) -> Iterator[str]:
         for argument in node.args:
             if not isinstance(argument, ast.Call):
                 yield from constants(argument)
+    if name[:1].isupper():
+        yield from of_item(node.args)
 
 
-def of_item(node: ast.Tuple) -> Iterator[str]:
-    """Name and description of an item of an enumeration: (IDENTIFIER, "Name", "Description", …)."""
-    if len(node.elts) < 3:
+def of_item(parts: list[ast.expr]) -> Iterator[str]:
+    """Name and description of an item of an enumeration, a tuple or a call: (IDENTIFIER, "Name", "Description", …)."""
+    if len(parts) < 3:
         return
-    identifier, *texts = node.elts[:3]
+    identifier, *texts = parts[:3]
     named = isinstance(identifier, (ast.Name, ast.Attribute)) or any(text.isupper() for text in constants(identifier))
-    if named and all(isinstance(text, ast.Constant) and isinstance(text.value, str) for text in texts):
+    strings = [text.value for text in texts if isinstance(text, ast.Constant) and isinstance(text.value, str)]
+    if named and len(strings) == len(texts) and not strings[-1].isupper():
         for text in texts:
             yield from constants(text)
 
@@ -140,6 +179,13 @@ def spoken(tree: ast.Module) -> Iterator[str]:
     for node in ast.walk(tree):
         if isinstance(node, (ast.Assign, ast.Return)) and node.value is not None:
             yield from constants(node.value)
+
+
+def tooltips(tree: ast.Module) -> Iterator[str]:
+    """What a module assigns or hands on in words of which not each has a capital, as names do."""
+    for node in ast.walk(tree):
+        for value in node.args if isinstance(node, ast.Call) else [node.value] if isinstance(node, ast.Assign) else []:
+            yield from (text for text in constants(value) if re.search(" [a-z]", text))
 
 
 def constants(node: ast.expr) -> Iterator[str]:

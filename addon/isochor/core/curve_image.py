@@ -14,15 +14,23 @@ from .canvas import Canvas, Colour
 Values = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
-PLAIN_NAME, CORRECTED_NAME = "lattice alone", "corrected"
-Y_TITLE, X_TITLE = "% of target volume", "frame"
 LEAST_SPAN = 10.0
 """Percent that the picture spans at least, so that rounding is not blown up into a mountain."""
 
 
 @dataclass(frozen=True)
+class Words:
+    """Names of the two curves, and what the numbers on the axes are; in letters that ``tiny_font`` has."""
+
+    plain: str = "lattice alone"
+    corrected: str = "corrected"
+    y_title: str = "% of target volume"
+    x_title: str = "frame"
+
+
+@dataclass(frozen=True)
 class Look:
-    """Colours, red, green and blue in 0..255, as sRGB."""
+    """Colours, red, green and blue in 0..255, as sRGB; and the words."""
 
     paper: Colour
     rule: Colour
@@ -30,6 +38,7 @@ class Look:
     ink: Colour
     plain: Colour
     corrected: Colour
+    words: Words = Words()
 
 
 LIGHT = Look((250, 249, 246), (226, 226, 222), (138, 143, 156), (28, 34, 52), (190, 42, 24), (8, 104, 124))
@@ -181,13 +190,13 @@ def _draw_frames(canvas: Canvas, place: Frame, look: Look, scale: int) -> None:
         canvas.line(np.array([x, x]), place.bottom + np.array([0.0, 3.0 * scale]), 1.0 * scale, look.ink)
         canvas.text(f"{tick:g}", x, below + scale, scale, look.ink, anchor="middle")
     canvas.line(np.array([place.left, place.right]), np.full(2, place.bottom), 1.0 * scale, look.ink)
-    canvas.text(X_TITLE, place.right, below + 11 * scale, scale, look.target, anchor="right")
+    canvas.text(look.words.x_title, place.right, below + 11 * scale, scale, look.target, anchor="right")
 
 
 def _draw_legend(canvas: Canvas, look: Look, scale: int, title: str) -> None:
     """Names of the curves in their colours, above the plot, and what the numbers are."""
     first, second = 8.0 * scale, 20.0 * scale
-    heading = f"{title}: {Y_TITLE}" if title else Y_TITLE
+    heading = f"{title}: {look.words.y_title}" if title else look.words.y_title
     canvas.text(heading, 6 * scale, first, scale, look.ink)
     x = 6.0 * scale
     for name, colour in _names(look):
@@ -197,4 +206,4 @@ def _draw_legend(canvas: Canvas, look: Look, scale: int, title: str) -> None:
 
 
 def _names(look: Look) -> Sequence[tuple[str, Colour]]:
-    return ((PLAIN_NAME, look.plain), (CORRECTED_NAME, look.corrected))
+    return ((look.words.plain, look.plain), (look.words.corrected, look.corrected))

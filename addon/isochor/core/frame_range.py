@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ranges of frames as a command line writes them."""
+"""Ranges of frames as a command line writes them; its texts are English."""
 
 import re
 

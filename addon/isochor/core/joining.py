@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds the parts of one object's bake and puts them together into what a bake in one go would have written."""
+"""Finds the parts of one object's bake and puts them together into what a bake in one go would have written.
+
+The command line alone does so: its texts are English."""
 
 from collections.abc import Iterator
 from contextlib import suppress

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Problems that are the animator's to solve, in plain words."""
 
-from .words import Sentence
+from .kinds import Kind
+from .words import Sentence, listed
 
 
 class Problem(Exception):
@@ -34,7 +35,7 @@ def not_a_lattice(name: str, kind: str) -> str:
     return Sentence(
         "“{name}” is a {kind}, not a lattice: pick a Lattice object in the modifier's Lattice input.",
         name=name,
-        kind=kind.lower(),
+        kind=Kind(kind),
     )
 
 
@@ -126,7 +127,9 @@ def no_vertex_group(name: str) -> str:
 
 def not_finite(names: list[str]) -> str:
     """Inputs of the panel Animate that hold infinity or no number at all."""
-    return f"{', '.join(names)}: no finite number. Correct the driver or the keys, or type a value."
+    return Sentence(
+        "{names}: no finite number. Correct the driver or the keys, or type a value.", names=", ".join(names)
+    )
 
 
 def linked(name: str) -> str:
@@ -278,8 +281,10 @@ def resolution_lower(name: str, shape: tuple[int, int, int]) -> str:
 
 def nothing_carried(lattice: str, names: str) -> str:
     """The lattice shapes no mesh whose frame could be computed."""
-    return (
-        f"“{lattice}” carries no mesh that Volume Lattice could compute ({names}): correct what the sidebar says first."
+    return Sentence(
+        "“{lattice}” carries no mesh that Volume Lattice could compute ({names}): first correct what the sidebar says.",
+        lattice=lattice,
+        names=names,
     )
 
 
@@ -305,29 +310,59 @@ def simulated(name: str) -> str:
 
 def no_pin_group(group: str, lattice: str) -> str:
     """The group of pinned points is missing."""
-    return f"The lattice “{lattice}” has no vertex group “{group}”: correct the name under Pinned, or clear it."
+    return Sentence(
+        "The lattice “{lattice}” has no vertex group “{group}”: correct the name under Pinned, or clear it.",
+        lattice=lattice,
+        group=group,
+    )
 
 
 def no_ground(name: str) -> str:
     """The object named as ground is not in the scene."""
-    return (
-        f"There is no object “{name}” in the scene: correct the name under Ground Object, or clear it for level ground."
+    return Sentence(
+        "There is no object “{name}” in the scene: correct the name under Ground Object, or clear it for level ground.",
+        name=name,
     )
 
 
 def no_frames(start: int, end: int) -> str:
     """The range of a simulation has no frame after the first."""
-    return f"A simulation from frame {start} to {end} has no frame to move in: let End be greater than Start."
-
-
-def from_elsewhere(names: list[str]) -> str:
-    """Objects of a library."""
-    return f"{', '.join(names)} comes from another file: make it local or override it first."
+    return Sentence(
+        "A simulation from frame {start} to {end} has no frame to move in: let End be greater than Start.",
+        start=start,
+        end=end,
+    )
 
 
 def in_edit_mode(names: list[str]) -> str:
-    """Lattices whose points are being edited."""
-    return f"{', '.join(names)} is in Edit Mode: leave it first."
+    """Objects whose points or vertices are being edited."""
+    return Sentence("{names} is in Edit Mode: leave it first.", names=listed(names))
+
+
+def not_shown(name: str) -> str:
+    """Blender does not evaluate the object in this view layer."""
+    return Sentence("“{name}” is hidden, or in no collection of this view layer: show it first.", name=name)
+
+
+def ends_before(frame_start: int, frame_end: int) -> str:
+    """A range of frames the wrong way round."""
+    return Sentence(
+        "The last frame ({last}) comes before the first ({first}): correct one of them.",
+        first=frame_start,
+        last=frame_end,
+    )
+
+
+def absolute_keys(name: str) -> str:
+    """The mesh's shape keys are not relative."""
+    return Sentence(
+        "The shape keys of “{name}” are absolute, played by time: only relative ones can take more.", name=name
+    )
+
+
+def solo_key(name: str) -> str:
+    """The object shows the active shape key alone."""
+    return Sentence("“{name}” shows one shape key alone: turn Solo off in its shape keys first.", name=name)
 
 
 def sentence(error: Exception) -> str:

@@ -3,6 +3,8 @@
 
 from dataclasses import dataclass, field
 
+from .words import Sentence, sentence, together
+
 
 @dataclass
 class Tally:
@@ -23,15 +25,18 @@ class Tally:
     @property
     def words(self) -> str:
         """Everything in one line."""
-        return " ".join(self.lines)
+        return together(self.lines)
 
     @property
     def lines(self) -> list[str]:
         """One sentence for each object and problem, with the frames."""
-        return [f"{name}, {_frames(frames)}: {text}" for (name, text), frames in self.found.items()]
+        return [
+            Sentence("{name}, {frames}: {text}", name=name, frames=_frames(frames), text=sentence(text))
+            for (name, text), frames in self.found.items()
+        ]
 
 
-def _frames(frames: list[str]) -> str:
+def _frames(frames: list[str]) -> Sentence:
     if len(frames) == 1:
-        return f"frame {frames[0]}"
-    return f"{len(frames)} frames from {frames[0]} to {frames[-1]}"
+        return Sentence("frame {frame}", frame=frames[0])
+    return Sentence("{count} frames from {first} to {last}", count=len(frames), first=frames[0], last=frames[-1])

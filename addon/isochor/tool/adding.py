@@ -7,7 +7,8 @@ import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from . import node_group, rest, results, sockets, state, words
+from ..core.words import named
+from . import node_group, rest, results, sockets, state
 
 MADE_BY_ADD = "isochor_made"
 """Custom property of a lattice object that isochor.add made, so that isochor.remove may take it away."""
@@ -84,12 +85,7 @@ def add_modifiers(
     for obj, modifier in added:
         rest.measure_for_render(obj, modifier, context.view_layer)
     memories = [(obj, state.recall(obj, modifier)) for obj, modifier in added]
-    return [
-        f"{obj.name}: {words.reported(text)}"
-        for obj, memory in memories
-        if memory is not None
-        for text in memory.report.problems
-    ]
+    return [named(obj.name, text) for obj, memory in memories if memory is not None for text in memory.report.problems]
 
 
 def _add_modifier(obj: bpy.types.Object, lattice: bpy.types.Object, basis: str) -> bpy.types.NodesModifier:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import problem
+from ..core.words import Sentence, named, together
 from . import baked, removing, stack, state
 
 Shape = NDArray[np.float32]
@@ -56,30 +57,45 @@ def _refusal(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, how: How)
     if not obj.is_editable:
         return problem.linked(obj.name)
     if obj.override_library is not None and modifier.is_override_data:
-        return f"“{modifier.name}” of “{obj.name}” belongs to the object's library: make the object local first."
+        return Sentence(
+            "“{modifier}” of “{name}” belongs to the object's library: make the object local first.",
+            modifier=modifier.name,
+            name=obj.name,
+        )
     if obj.mode != "OBJECT":
-        return f"“{obj.name}” is in another mode: go to Object Mode first."
+        return Sentence("“{name}” is in another mode: go to Object Mode first.", name=obj.name)
     if baked.is_playing(obj):
         return problem.plays_bake(obj.name)
     if not modifier.show_viewport:
-        return f"“{modifier.name}” of “{obj.name}” is switched off: switch it on in the viewport first."
+        return Sentence(
+            "“{modifier}” of “{name}” is switched off: switch it on in the viewport first.",
+            modifier=modifier.name,
+            name=obj.name,
+        )
     return _mesh_refusal(obj, how)
 
 
 def _mesh_refusal(obj: bpy.types.Object, how: How) -> str | None:
     mesh, name = obj.data, obj.name
     if shared(obj) and not how.single_user:
-        return f"Other objects use the mesh of “{name}” too: turn Single User on to give it a mesh of its own."
+        return Sentence(
+            "Other objects use the mesh of “{name}” too: turn Single User on to give it a mesh of its own.", name=name
+        )
     if not mesh.is_editable and not how.single_user:
-        return f"The mesh of “{name}” comes from another file: turn Single User on to give it a mesh of its own."
+        return Sentence(
+            "The mesh of “{name}” comes from another file: turn Single User on to give it a mesh of its own.", name=name
+        )
     if mesh.shape_keys is None:
         return None
     if not how.as_shape_key:
-        return f"“{name}” has shape keys, which a new shape would contradict: apply as shape key, or remove them first."
+        return Sentence(
+            "“{name}” has shape keys, which a new shape would contradict: apply as shape key, or remove them first.",
+            name=name,
+        )
     if not mesh.shape_keys.use_relative:
-        return f"The shape keys of “{name}” are absolute, played by time: only relative ones can take one more."
+        return problem.absolute_keys(name)
     if obj.show_only_shape_key:
-        return f"“{name}” shows one shape key alone: turn Solo off in its shape keys first."
+        return problem.solo_key(name)
     return None
 
 
@@ -94,14 +110,25 @@ def _shown(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, context: bp
     """(V, 3) vertices that left the modifier when it was evaluated last, as many as the mesh has."""
     memory = state.recall(obj, modifier)
     if not obj.evaluated_get(context.view_layer.depsgraph).is_evaluated or memory is None or memory.written is None:
-        raise problem.Problem(f"“{obj.name}” is hidden, or in no collection of this view layer: show it first.")
+        raise problem.Problem(problem.not_shown(obj.name))
     if memory.written.vertices is None:
-        raise problem.Problem(f"There is nothing to apply on “{obj.name}”. {' '.join(memory.report.problems)}")
+        raise problem.Problem(
+            Sentence(
+                "There is nothing to apply on “{name}”. {problems}",
+                name=obj.name,
+                problems=together(memory.report.problems),
+            )
+        )
     if len(memory.written.vertices) != len(obj.data.vertices):
         before = [other.name for other in _on_before(obj, modifier)]
         raise problem.Problem(
-            f"{', '.join(before)} of “{obj.name}” makes vertices that its mesh does not have: apply that first, or move"
-            f" “{modifier.name}” above it."
+            Sentence(
+                "{others} of “{name}” makes vertices that its mesh does not have: apply that first, or move"
+                " “{modifier}” above it.",
+                others=", ".join(before),
+                name=obj.name,
+                modifier=modifier.name,
+            )
         )
     return np.asarray(memory.written.vertices, np.float32)
 
@@ -119,11 +146,16 @@ def _made_alone(
         _evaluate([obj], context)
         shape = _shown(obj, modifier, context)
         memory = state.recall(obj, modifier)
-    warnings = [] if memory is None else [f"{obj.name}: {text}" for text in memory.report.problems]
+    warnings: list[str] = [] if memory is None else [named(obj.name, text) for text in memory.report.problems]
     if before:
         names = ", ".join(other.name for other in before)
         warnings.append(
-            f"{obj.name}: {names} comes before {modifier.name}, which was applied without it: the result may differ"
+            Sentence(
+                "{name}: {others} comes before {modifier}, which was applied without it: the result may differ",
+                name=obj.name,
+                others=names,
+                modifier=modifier.name,
+            )
         )
     return shape, warnings
 

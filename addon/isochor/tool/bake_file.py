@@ -11,6 +11,7 @@ import bpy
 from ..core import point_cache, problem
 from ..core.atomic_file import atomic
 from ..core.tally import Tally
+from ..core.words import Sentence, sentence
 from . import baked, cache_places, frames, recording, stack, state
 
 NAME = "Volume Lattice Cache"
@@ -42,8 +43,11 @@ class Plan:
         """Raises Problem where a Mesh Cache modifier cannot play so many samples to a frame."""
         if self.scale > FASTEST:
             raise problem.Problem(
-                f"{self.samples} samples to a frame and the scene's Time Stretching are more than a Mesh Cache modifier"
-                f" can play: take fewer samples."
+                Sentence(
+                    "{samples} samples to a frame and the scene's Time Stretching are more than a Mesh Cache modifier"
+                    " can play: take fewer samples.",
+                    samples=self.samples,
+                )
             )
 
 
@@ -95,8 +99,12 @@ def plain_words() -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        name = error.filename or "The file"
-        raise problem.Problem(f"“{name}” cannot be written: {error.strerror or error}.") from error
+        name, reason = error.filename or sentence("The file"), error.strerror or str(error)
+        raise problem.Problem(
+            Sentence(
+                "“{name}” cannot be written: {reason}. Correct that, or give another folder.", name=name, reason=reason
+            )
+        ) from error
 
 
 def play(target: frames.Target, path: str, plan: Plan) -> list[str]:
@@ -135,7 +143,9 @@ def _differing(target: frames.Target) -> list[str]:
 
 
 def _only_renders(name: str, differing: list[str]) -> str:
-    return (
-        f"{name}: {', '.join(differing)} makes another mesh in the viewport than in renders, so renders play the cache"
-        f" and the viewport does not: give it the same settings for both, and bake again."
+    return Sentence(
+        "{name}: {modifiers} makes another mesh in the viewport than in renders, so renders play the cache and the"
+        " viewport does not: give it the same settings for both, and bake again.",
+        name=name,
+        modifiers=", ".join(differing),
     )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..core import problem
 from ..core.tally import Tally
+from ..core.words import Sentence
 from . import applying, baked, evaluated, frame_keys, frames, stack, state
 
 Shape = NDArray[np.float32]
@@ -44,14 +45,22 @@ def _refusal(target: frames.Target) -> str | None:
     """Why the mesh cannot take the keys, or None."""
     obj, mesh = target.obj, target.obj.data
     if not mesh.is_editable:
-        return f"The mesh of “{obj.name}” comes from another file, so it takes no shape keys: make it local first."
+        return Sentence(
+            "The mesh of “{name}” comes from another file, so it takes no shape keys: make it local first.",
+            name=obj.name,
+        )
     if applying.shared(obj):
-        return f"Other objects use the mesh of “{obj.name}” too and would get its keys: make it single-user first."
+        return Sentence(
+            "Other objects use the mesh of “{name}” too and would get its shape keys: make it single-user first.",
+            name=obj.name,
+        )
     before = [modifier.name for modifier in _others_before(target)]
     if before:
-        return (
-            f"{', '.join(before)} comes before Volume Lattice on “{obj.name}”, but shape keys come before all: apply"
-            f" or remove it, move Volume Lattice above it, or bake to a point cache."
+        return Sentence(
+            "{modifiers} comes before Volume Lattice on “{name}”, but shape keys come before all: apply or remove it,"
+            " move Volume Lattice above it, or bake to a point cache.",
+            modifiers=", ".join(before),
+            name=obj.name,
         )
     return None if mesh.shape_keys is None else _keys_refusal(obj)
 
@@ -59,12 +68,14 @@ def _refusal(target: frames.Target) -> str | None:
 def _keys_refusal(obj: bpy.types.Object) -> str | None:
     keys = obj.data.shape_keys
     if not keys.use_relative:
-        return f"The shape keys of “{obj.name}” are absolute, played by time: only relative ones can take more."
+        return problem.absolute_keys(obj.name)
     if obj.show_only_shape_key:
-        return f"“{obj.name}” shows one shape key alone: turn Solo off in its shape keys first."
+        return problem.solo_key(obj.name)
     action = None if keys.animation_data is None else keys.animation_data.action
     if action is not None and not action.is_editable:
-        return f"The animation of the shape keys of “{obj.name}” comes from another file: make it local first."
+        return Sentence(
+            "The animation of the shape keys of “{name}” comes from another file: make it local first.", name=obj.name
+        )
     return None
 
 

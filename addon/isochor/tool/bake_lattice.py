@@ -14,6 +14,7 @@ from ..core import grid, native_lattice, problem
 from ..core.grid import Grid
 from ..core.solver import Request, same_array
 from ..core.tally import Tally
+from ..core.words import Sentence, sentence, together
 from . import (
     adding,
     animation_paths,
@@ -72,9 +73,11 @@ def bake(
 def _refusal_of_several(target: frames.Target) -> str | None:
     if len(target.ours) == 1:
         return None
-    return (
-        f"“{target.obj.name}” has {len(target.ours)} Volume Lattices, and one lattice cannot stand for them: switch"
-        f" all but one off for renders, or bake to a point cache."
+    return Sentence(
+        "“{name}” has {count} Volume Lattices, and one lattice cannot stand for them: switch all but one off for"
+        " renders, or bake to a point cache.",
+        name=target.obj.name,
+        count=len(target.ours),
     )
 
 
@@ -82,25 +85,30 @@ def refusal(obj: bpy.types.Object, request: Request, outside: int) -> str | None
     """Why Blender's Lattice modifier cannot do what ours did to the object in one frame, with so many vertices outside
     the lattice; or None."""
     if request.bound is not None and request.bound.is_shaped:
-        return (
-            f"the lattice of “{obj.name}” was already shaped when its rest was set: Blender's own Lattice modifier"
-            f" cannot hold that. Bake to a point cache instead."
+        return Sentence(
+            "the lattice of “{name}” was already shaped when its rest was set: Blender's own Lattice modifier cannot"
+            " hold that. Bake to a point cache instead.",
+            name=obj.name,
         )
     axes = native_lattice.native_axes(request.embedding_grid)
     if not axes:
         points = " × ".join(map(str, request.embedding_grid.shape))
-        return (
-            f"the lattice of “{obj.name}” has {points} points: Blender's own Lattice modifier goes up to 4 on each"
-            f" side with the Bernstein basis. Bake to a point cache instead."
+        return Sentence(
+            "the lattice of “{name}” has {points} points: Blender's own Lattice modifier goes up to 4 on each side with"
+            " the Bernstein basis. Bake to a point cache instead.",
+            name=obj.name,
+            points=points,
         )
     if request.settings.outside == "Extend":
         held = all(axis.follows_nearest for axis in axes)
     else:
         held = obj.data.is_editable and len(request.positions) == len(obj.data.vertices)
     if outside and not held:
-        return (
-            f"{outside} vertices of “{obj.name}” are outside the lattice, where Blender's own Lattice modifier moves"
-            f" them otherwise: make the lattice larger, or bake to a point cache."
+        return Sentence(
+            "{outside} vertices of “{name}” are outside the lattice, where Blender's own Lattice modifier moves them"
+            " otherwise: make the lattice larger, or bake to a point cache.",
+            outside=outside,
+            name=obj.name,
         )
     return None
 
@@ -109,7 +117,14 @@ def _note(records: dict[str, Record], target: frames.Target, moment: frames.Mome
     memory = state.recall(target.obj, target.last)
     request = None if memory is None else memory.asked
     if memory is None or request is None or memory.report.control is None:
-        raise problem.Problem(f"Frame {moment.words}, “{target.obj.name}”: {' '.join(target.problems())}")
+        raise problem.Problem(
+            Sentence(
+                "Frame {frame}, “{name}”: {problems}",
+                frame=moment.words,
+                name=target.obj.name,
+                problems=together(target.problems()),
+            )
+        )
     outside = memory.report.vertices_outside or 0
     inside = None
     if outside and request.settings.outside == "Keep":
@@ -118,7 +133,7 @@ def _note(records: dict[str, Record], target: frames.Target, moment: frames.Mome
     record = records.setdefault(target.obj.name, Record(request, inside))
     text = text or _change(record, request, inside, target.obj.name)
     if text:
-        raise problem.Problem(f"Frame {moment.words}: {text}")
+        raise problem.Problem(Sentence("Frame {frame}: {problem}", frame=moment.words, problem=sentence(text)))
     here = request.embedding_grid
     record.follows = record.follows or not _same_place(record.first.embedding_grid, here, target, context)
     record.to_object.append(here.to_object)
@@ -134,9 +149,12 @@ def _change(record: Record, request: Request, inside: NDArray[np.bool_] | None, 
         return rest.shape, rest.low, rest.high, rest.basis, settings.vertex_group, settings.invert, settings.outside
 
     if kind(record.first) != kind(request):
-        return f"the lattice's resolution or the inputs of “{name}” change: bake to a point cache."
+        return Sentence("the lattice's resolution or the inputs of “{name}” change: bake to a point cache.", name=name)
     if not same_array(record.inside, inside):
-        return f"other vertices of “{name}” are outside the lattice than before: enlarge it, or bake to a point cache."
+        return Sentence(
+            "other vertices of “{name}” are outside the lattice than before: make it larger, or bake to a point cache.",
+            name=name,
+        )
     return None
 
 

@@ -8,6 +8,7 @@ import bpy
 from ..core import problem
 from ..core.file_names import unique_names
 from ..core.point_cache import SUFFIXES, Format
+from ..core.words import Sentence
 from . import node_group, stack
 
 FOLDER = "isochor_cache"
@@ -22,7 +23,9 @@ def default_folder() -> str:
 def absolute(place: str) -> Path:
     """A path as Blender's fields hold it. Raises Problem where it is relative to a file that is not saved."""
     if place.startswith("//") and not bpy.data.filepath:
-        raise problem.Problem(f"“{place}” means beside the .blend, which is not saved yet: save it first.")
+        raise problem.Problem(
+            Sentence("“{place}” means beside the .blend, which is not saved yet: save it first.", place=place)
+        )
     return Path(bpy.path.abspath(place)).absolute()
 
 

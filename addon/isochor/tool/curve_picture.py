@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Volume curves as pictures inside Blender: a preview for the sidebar, and an image of the file."""
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 from bpy.utils import previews
 
-from ..core.curve_image import DARK, LIGHT, Look, Picture, draw_volume_curve
+from ..core.curve_image import DARK, LIGHT, Look, Picture, Words, draw_volume_curve
+from ..core.tiny_font import LETTERS
 from ..core.volume_curve import VolumeCurve
+from . import words
 
 IMAGE_OF = "isochor_volume_of"
 """Custom property of an image: the deformed object that its curve is of."""
@@ -33,15 +37,26 @@ def preview(name: str, curve: VolumeCurve, side: int, look: Look, scale: int) ->
 
 
 def look_of_theme(context: bpy.types.Context) -> Look:
-    """Light on dark where the theme's text is light."""
-    return DARK if sum(context.preferences.themes[0].view_3d.space.text) > 1.5 else LIGHT
+    """Light on dark where the theme's text is light; in the user's language."""
+    return in_words(DARK if sum(context.preferences.themes[0].view_3d.space.text) > 1.5 else LIGHT)
+
+
+def in_words(look: Look) -> Look:
+    """The look with words in the user's language, or in English where the picture's font lacks letters of that."""
+    said = (
+        words.shown("lattice alone"),
+        words.shown("corrected"),
+        words.shown("% of target volume"),
+        words.shown("frame"),
+    )
+    return replace(look, words=Words(*said)) if LETTERS.keys() >= set("".join(said)) else look
 
 
 def image(obj: bpy.types.Object, curve: VolumeCurve) -> bpy.types.Image:
     """The file's image of an object's curve, made where there is none; it is packed and has a fake user,
     so that it is saved."""
     picture = draw_volume_curve(
-        curve.frames, curve.before_percent, curve.after_percent, IMAGE_SIZE, LIGHT, title=obj.name
+        curve.frames, curve.before_percent, curve.after_percent, IMAGE_SIZE, in_words(LIGHT), title=obj.name
     )
     found = next((image for image in bpy.data.images if image.get(IMAGE_OF) == obj), None)
     if found is None or not found.is_editable:

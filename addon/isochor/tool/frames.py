@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import problem
+from ..core.words import Sentence
 from . import baked, device, evaluated, rest, results, stack, state
 
 REST_KEYS = (results.REST_VOLUME, results.REST_COUNT, results.REST_OWN_VOLUME)
@@ -62,7 +63,7 @@ class Target:
 def moments(frame_start: int, frame_end: int, samples: int = 1) -> list[Moment]:
     """Both ends included, ``samples`` to a frame from each frame but the last."""
     if frame_end < frame_start:
-        raise problem.Problem(f"The last frame ({frame_end}) comes before the first ({frame_start}): correct one.")
+        raise problem.Problem(problem.ends_before(frame_start, frame_end))
     count = (frame_end - frame_start) * samples + 1
     return [Moment(frame_start + index // samples, index % samples / samples) for index in range(count)]
 
@@ -105,20 +106,24 @@ def leaving(target: Target, context: bpy.types.Context) -> NDArray[np.float32]:
 def _target(obj: bpy.types.Object) -> Target:
     name = obj.name
     if not stack.ours(obj):
-        raise problem.Problem(f"“{name}” has no Volume Lattice: add one first, or name another object.")
+        raise problem.Problem(
+            Sentence("“{name}” has no Volume Lattice: add one first, or name another object.", name=name)
+        )
     if not obj.is_editable:
         raise problem.Problem(problem.linked(name))
     if obj.mode == "EDIT":
-        raise problem.Problem(f"“{name}” is in Edit Mode: leave it first.")
+        raise problem.Problem(problem.in_edit_mode([name]))
     seen = tuple(modifier for modifier in stack.ours(obj) if baked.seen_by_renders(obj, modifier))
     if not seen:
-        raise problem.Problem(f"Volume Lattice is switched off for renders on “{name}”: switch it on there first.")
+        raise problem.Problem(
+            Sentence("Volume Lattice is switched off for renders on “{name}”: switch it on there first.", name=name)
+        )
     return Target(obj, seen)
 
 
 def _require_evaluated(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
     if not obj.evaluated_get(depsgraph).is_evaluated:
-        raise problem.Problem(f"“{obj.name}” is hidden with its collection: show that first.")
+        raise problem.Problem(Sentence("“{name}” is hidden with its collection: show that first.", name=obj.name))
 
 
 def _anchor(objects: list[bpy.types.Object], scene: bpy.types.Scene, moment: Moment) -> None:

@@ -67,7 +67,9 @@ def _add_kept_inputs(group: bpy.types.NodeTree) -> None:
 
 def _add_volume_inputs(group: bpy.types.NodeTree, panel: bpy.types.NodeTreeInterfacePanel) -> None:
     _factor(group, "Preserve", "How much of the lost or gained volume is restored", panel)
-    _menu(group, "Reference", "The volume to keep: the one when the modifier was added, or this frame's", panel)
+    _menu(
+        group, "Reference", "The volume to keep: when the modifier was added or its rest set, or in this frame", panel
+    )
     _input(group, "Target", "Float", "Factor on the volume to keep", panel, default_value=1.0, min_value=0.0)
     axes = "Shares of X, Y and Z in the correction; 0 leaves an axis alone"
     _input(group, "Axes", "Vector", axes, panel, default_value=(1.0, 1.0, 1.0), min_value=0.0)

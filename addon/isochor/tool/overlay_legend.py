@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 
 from ..core.isolines import RAMP
-from . import overlay_batches
+from . import overlay_batches, words
 
 TITLE = "Moved by the correction"
 WIDTH, HEIGHT, FOOT = 160.0, 8.0, 34.0
@@ -24,7 +24,7 @@ def draw(context: bpy.types.Context, largest: float) -> None:
     settings = context.scene.unit_settings
     ends = [written(value, settings) for value in (0.0, largest)]
     colour = (*context.preferences.themes[0].view_3d.space.text_hi, 1.0)
-    _text(TITLE, start, foot + 13.0 * scale, scale, colour, 0.0)
+    _text(words.shown(TITLE), start, foot + 13.0 * scale, scale, colour, 0.0)
     _text(ends[0], start, foot - 15.0 * scale, scale, colour, 0.0)
     _text(ends[1], start + WIDTH * scale, foot - 15.0 * scale, scale, colour, 1.0)
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..core import problem
 from ..core.tally import Tally
+from ..core.words import Sentence
 from . import frames
 
 Sink = Callable[[NDArray[np.float32]], object]
@@ -45,14 +46,27 @@ def record(
                 tally.add(name, moment.words, target.problems())
             yield frames.Step(done, len(when), moment)
         if strict and tally.count:
-            raise problem.Problem(f"Nothing was written. {tally.words}")
+            raise problem.Problem(Sentence("Nothing was written. {problems}", problems=tally.words))
 
 
 def _require_count(name: str, moment: frames.Moment, found: int, first: int, start: frames.Moment) -> None:
     if found == 0:
-        raise problem.Problem(f"“{name}” has no vertices in frame {moment.words}: there is nothing to bake.")
+        raise problem.Problem(
+            Sentence(
+                "“{name}” has no vertices in frame {frame}: there is nothing to bake. Correct what removes them.",
+                name=name,
+                frame=moment.words,
+            )
+        )
     if found != first:
         raise problem.Problem(
-            f"“{name}” has {first} vertices in frame {start.words} and {found} in frame {moment.words}: a bake needs"
-            f" the same in every frame. Switch off what adds or removes vertices before Volume Lattice."
+            Sentence(
+                "“{name}” has {first} vertices in frame {start} and {found} in frame {frame}: a bake needs the same"
+                " in every frame. Switch off what adds or removes vertices before Volume Lattice.",
+                name=name,
+                first=first,
+                start=start.words,
+                found=found,
+                frame=moment.words,
+            )
         )

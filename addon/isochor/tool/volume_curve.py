@@ -9,11 +9,14 @@ from ..core import problem
 from ..core.solver import target_volume
 from ..core.volume import measures
 from ..core.volume_curve import UNKNOWN, Sample, VolumeCurve
+from ..core.words import Sentence, together
 from . import results, stack, state
 from .frames import frame_kept
 
 KEY = "isochor_volume_curve"
 """Custom property of a modifier's viewport result object: what ``VolumeCurve.mapping`` gives, by name."""
+
+NONE_ENCLOSED = "it encloses none."
 
 Pair = tuple[bpy.types.Object, bpy.types.NodesModifier]
 
@@ -38,9 +41,15 @@ def require_measurable(pairs: Sequence[Pair]) -> None:
         if not obj.is_editable:
             raise problem.Problem(problem.linked(obj.name))
         if obj.mode == "EDIT":
-            raise problem.Problem(f"“{obj.name}” is in Edit Mode: leave it first.")
+            raise problem.Problem(problem.in_edit_mode([obj.name]))
         if not stack.is_on(modifier, "VIEWPORT"):
-            raise problem.Problem(f"“{modifier.name}” is switched off on “{obj.name}”: switch it on first.")
+            raise problem.Problem(
+                Sentence(
+                    "“{modifier}” is switched off on “{name}”: switch it on in the viewport first.",
+                    modifier=modifier.name,
+                    name=obj.name,
+                )
+            )
 
 
 def measure(
@@ -83,12 +92,17 @@ def volumes(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> tuple[f
 
 def _require_evaluated(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> None:
     if view_layer.depsgraph is None or not obj.evaluated_get(view_layer.depsgraph).is_evaluated:
-        raise problem.Problem(f"“{obj.name}” is hidden, or in no collection of this view layer: show it first.")
+        raise problem.Problem(problem.not_shown(obj.name))
 
 
 def _require_known(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, curve: VolumeCurve) -> None:
     if not curve.is_known:
         memory = state.recall(obj, modifier)
         told = memory.report.problems if memory is not None else ()
-        reason = " ".join(told) or "it encloses none."
-        raise problem.Problem(f"“{obj.name}” has no volume to measure in any of these frames: {reason}")
+        raise problem.Problem(
+            Sentence(
+                "“{name}” has no volume to measure in any of these frames: {reason}",
+                name=obj.name,
+                reason=together(told or [NONE_ENCLOSED]),
+            )
+        )

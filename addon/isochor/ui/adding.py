@@ -75,7 +75,7 @@ class ISOCHOR_OT_add(bpy.types.Operator):
             self.report({"INFO"}, "Lock Interface is now on in the Render menu: renders need it")
         problems = adding.add_modifiers(objects, lattice, self.basis, context)
         for text in problems:
-            self.report({"WARNING"}, text)
+            self.report({"WARNING"}, words.reported(text))
         return {"FINISHED"}
 
 

@@ -4,7 +4,7 @@
 import bpy
 
 from ..core.problem import Problem
-from ..tool import applying
+from ..tool import applying, words
 from .choosing import chosen_modifiers
 
 
@@ -23,6 +23,7 @@ class ISOCHOR_OT_apply(bpy.types.Operator):
     keep_modifier: bpy.props.BoolProperty(
         name="Keep Modifier",
         description="With a shape key: switch the Volume Lattice off in viewport and renders instead of removing it",
+        options={"SKIP_SAVE"},
     )
     single_user: bpy.props.BoolProperty(
         name="Single User",
@@ -54,10 +55,10 @@ class ISOCHOR_OT_apply(bpy.types.Operator):
         try:
             warnings = applying.apply(chosen_modifiers(context), how, context)
         except Problem as trouble:
-            self.report({"ERROR"}, str(trouble))
+            self.report({"ERROR"}, words.reported(trouble.sentence))
             return {"CANCELLED"}
         for text in warnings:
-            self.report({"WARNING"}, text)
+            self.report({"WARNING"}, words.reported(text))
         return {"FINISHED"}
 
 

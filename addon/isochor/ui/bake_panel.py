@@ -3,7 +3,8 @@
 
 import bpy
 
-from ..tool import baked
+from ..core.words import Sentence
+from ..tool import baked, words
 from .baking import ISOCHOR_OT_bake, ISOCHOR_OT_free_bake
 from .choosing import active_object
 
@@ -33,8 +34,10 @@ def draw_playing(layout: bpy.types.UILayout, stand_in: bpy.types.Modifier | None
     if stand_in is None:
         layout.label(text="Baked", icon="CHECKMARK")
         return
-    only = "" if stand_in.show_viewport else " in renders alone"
-    layout.label(text=f"“{stand_in.name}” plays{only}", icon="CHECKMARK")
+    text = Sentence(
+        "“{name}” plays" if stand_in.show_viewport else "“{name}” plays in renders alone", name=stand_in.name
+    )
+    layout.label(text=words.shown(text), translate=False, icon="CHECKMARK")
     if stand_in.type == "MESH_CACHE":
         layout.prop(stand_in, "filepath", text="")
 

@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import bpy
 
+from ..core import problem
 from ..core.point_cache import SUFFIXES
-from ..core.problem import Problem
-from ..tool import bake_file, bake_keys, bake_lattice, baked, cache_places, frames
+from ..core.words import Sentence
+from ..tool import bake_file, bake_keys, bake_lattice, baked, cache_places, frames, words
 from .choosing import chosen_meshes, chosen_modifiers
 from .stepping import Bake, Stepping
 
@@ -126,8 +127,8 @@ class ISOCHOR_OT_bake(Stepping, bpy.types.Operator):
         chosen = next(found for found in FORMATS if found.identifier == self.format)
         try:
             bake = chosen.begin(self, context, chosen_modifiers(context), *self.range(context.scene))
-        except Problem as trouble:
-            self.report({"ERROR"}, str(trouble))
+        except problem.Problem as trouble:
+            self.report({"ERROR"}, words.reported(trouble.sentence))
             return {"CANCELLED"}
         return self.run(context, bake)
 
@@ -141,13 +142,17 @@ class ISOCHOR_OT_bake(Stepping, bpy.types.Operator):
         """A file for each object. Raises Problem where none can be told."""
         if self.filepath:
             if len(objects) > 1:
-                raise Problem(f"One file is given for {len(objects)} objects: give a folder instead.")
+                raise problem.Problem(
+                    Sentence("One file is given for {count} objects: give a folder instead.", count=len(objects))
+                )
             path = cache_places.absolute(self.filepath)
             suffix = SUFFIXES[self.format]
             return [path if path.suffix.lower() == suffix else path.with_name(path.name + suffix)]
         folder = self.directory or cache_places.default_folder()
         if not folder:
-            raise Problem("The .blend is not saved yet, so there is no folder beside it: save it, or give a folder.")
+            raise problem.Problem(
+                "The .blend is not saved yet, so there is no folder beside it: save it, or give a folder."
+            )
         return cache_places.in_folder(objects, cache_places.absolute(folder), self.format)
 
 
@@ -169,7 +174,7 @@ class ISOCHOR_OT_free_bake(bpy.types.Operator):
         objects = baked_objects(context)
         linked = [obj.name for obj in objects if not obj.is_editable]
         if linked:
-            self.report({"ERROR"}, f"{', '.join(linked)} comes from another file: make it local or override it first")
+            self.report({"ERROR"}, words.reported(problem.foreign(", ".join(linked))))
             return {"CANCELLED"}
         for obj in objects:
             baked.switch_back(obj)

@@ -9,12 +9,12 @@ from ..core.shaping import PLACE_OF_PIVOT, cyclic
 from ..tool import adding, drivers, lattice_frame, sockets
 from ..tool.drivers import Variable
 from ..tool.lattice_frame import LatticeFrame
-from .driving import Driving, Pairs, Refused, beside, refuse_taken, search_objects, target
+from .driving import Driving, Pairs, Refused, beside, no_lattice, refuse_taken, search_objects, target
 
 INPUTS = (sockets.BEND, sockets.BEND_DIRECTION)
 
 
-class ISOCHOR_OT_bend_from_empty(Driving):
+class ISOCHOR_OT_bend_from_empty(Driving, bpy.types.Operator):
     """Drive Bend and Bend Direction from an empty: the lattice bends from its pivot until its far end lies on the line
     to the empty. Without one selected, it makes one at the far end that goes with the lattice"""
 
@@ -48,7 +48,7 @@ def frame_of(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, context: 
     """Where the lattice stands now."""
     frame = lattice_frame.of(modifier, context.evaluated_depsgraph_get())
     if frame is None:
-        raise Refused(f"The Volume Lattice of “{obj.name}” has no lattice with a size: pick one in its Lattice input")
+        raise Refused(no_lattice(obj.name))
     return frame
 
 

@@ -3,8 +3,9 @@
 
 import bpy
 
-from ..core.problem import Problem
-from ..tool import binding, bound, results, state
+from ..core import problem
+from ..core.words import Sentence, named
+from ..tool import binding, bound, results, state, words
 from .choosing import chosen_modifiers
 
 NONE_CHOSEN = "Select a mesh with a Volume Lattice, or its lattice"
@@ -35,13 +36,13 @@ class ISOCHOR_OT_set_rest(bpy.types.Operator):
         for obj, modifier in pairs:
             try:
                 shapes.append(binding.shape_now(obj, modifier, depsgraph))
-            except Problem as trouble:
-                self.report({"ERROR"}, f"{obj.name}: {trouble}")
+            except problem.Problem as trouble:
+                self.report({"ERROR"}, words.reported(named(obj.name, trouble.sentence)))
                 return {"CANCELLED"}
         binding.bind(pairs, shapes, context.view_layer)
         for obj, modifier in pairs:
             for text in warnings(obj, modifier):
-                self.report({"WARNING"}, f"{obj.name}: {text}")
+                self.report({"WARNING"}, words.reported(named(obj.name, text)))
         return {"FINISHED"}
 
 
@@ -78,7 +79,7 @@ def refuse_foreign(operator: bpy.types.Operator, pairs: list[binding.Pair]) -> b
     """Whether there are objects that cannot be changed; then says which."""
     foreign = [obj.name for obj, _modifier in pairs if not obj.is_editable]
     if foreign:
-        operator.report({"ERROR"}, f"{', '.join(foreign)} comes from another file: make it local or override it first")
+        operator.report({"ERROR"}, words.reported(problem.foreign(", ".join(foreign))))
     return bool(foreign)
 
 
@@ -88,8 +89,16 @@ def warnings(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> list[s
     if memory is None:
         return []
     outside = memory.report.vertices_outside
-    lost = f"{outside} of {len(obj.data.vertices)} vertices are not inside the lattice" if outside else ""
-    return [*memory.report.problems, *([f"{lost}: Outside says what becomes of them"] if lost else [])]
+    return [*memory.report.problems, *([not_inside(outside, len(obj.data.vertices))] if outside else [])]
+
+
+def not_inside(outside: int, count: int) -> str:
+    """Some of the vertices are outside the lattice."""
+    return Sentence(
+        "{outside} of {count} vertices are not inside the lattice: the input Outside says what becomes of them",
+        outside=outside,
+        count=count,
+    )
 
 
 CLASSES = (ISOCHOR_OT_set_rest, ISOCHOR_OT_clear_rest)

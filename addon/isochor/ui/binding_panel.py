@@ -3,6 +3,7 @@
 
 import bpy
 
+from ..core.words import Sentence, named
 from ..tool import bound, results
 from .binding import ISOCHOR_OT_clear_rest, ISOCHOR_OT_set_rest
 from .choosing import chosen_modifiers
@@ -23,7 +24,7 @@ class VIEW3D_PT_isochor_bind(bpy.types.Panel):
         column = self.layout.column()
         for obj, modifier in chosen_modifiers(context):
             icon = "LINKED" if bound.bound_with(results.of(modifier, "VIEWPORT")) else "UNLINKED"
-            draw_text(column, f"{obj.name}: {state_of(modifier)}", icon, line_width(context))
+            draw_text(column, named(obj.name, state_of(modifier)), icon, line_width(context))
         row = self.layout.row(align=True)
         row.operator(ISOCHOR_OT_set_rest.bl_idname, icon="LINKED")
         row.operator(ISOCHOR_OT_clear_rest.bl_idname, icon="UNLINKED")
@@ -33,9 +34,9 @@ def state_of(modifier: bpy.types.NodesModifier) -> str:
     """Whether the modifier's rest is set, and with what, in plain words."""
     found = bound.bound_with(results.of(modifier, "VIEWPORT"))
     if found is None:
-        return "not bound; embedded by where the lattice stands"
+        return Sentence("not bound; the lattice's undeformed box counts as its rest")
     name, shape = found
-    return f"bound with “{name}”, {'×'.join(map(str, shape))} points"
+    return Sentence("bound with “{name}”, {shape} points", name=name, shape="×".join(map(str, shape)))
 
 
 def register() -> None:

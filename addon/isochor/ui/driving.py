@@ -1,9 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the operators that put drivers have in common: which modifiers, which target, and what they refuse."""
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
 import bpy
 
-from ..tool import drivers, sockets
+from ..core import problem
+from ..core.kinds import Kind
+from ..core.words import Sentence, listed, sentence
+from ..tool import drivers, sockets, words
 from .choosing import active_object, chosen_modifiers
 
 Pairs = list[tuple[bpy.types.Object, bpy.types.NodesModifier]]
@@ -11,14 +17,17 @@ Pairs = list[tuple[bpy.types.Object, bpy.types.NodesModifier]]
 NOTHING_CHOSEN = "Select a mesh with a Volume Lattice, or its lattice"
 
 
-class Refused(Exception):
+class Refused(problem.Problem):
     """Why an operator does nothing, in plain words."""
 
 
-class Driving(bpy.types.Operator):
-    """Base of the operators that put drivers on the inputs of the chosen modifiers"""
+class Driving:
+    """For operators that put drivers on the inputs of the chosen modifiers, in ``put``."""
 
     bl_options = {"REGISTER", "UNDO"}
+    if TYPE_CHECKING:
+        report: Callable[[set[str], str], None]
+        poll_message_set: Callable[[str], None]
 
     replace: bpy.props.BoolProperty(
         name="Replace",
@@ -37,7 +46,7 @@ class Driving(bpy.types.Operator):
         try:
             self.put(context, chosen_modifiers(context))
         except Refused as reason:
-            self.report({"ERROR"}, str(reason))
+            self.report({"ERROR"}, words.reported(reason.sentence))
             return {"CANCELLED"}
         return {"FINISHED"}
 
@@ -50,7 +59,7 @@ def refuse_taken(pairs: Pairs, names: tuple[str, ...], replace: bool) -> None:
     """Raises Refused where an object belongs to another file, or an input is absent, keyed, or driven by others."""
     for obj, modifier in pairs:
         if not obj.is_editable:
-            raise Refused(f"“{obj.name}” comes from another file: make it local or override it first")
+            raise Refused(problem.foreign(listed([obj.name])))
         for name in names:
             refuse_input(obj, modifier, name, replace)
 
@@ -59,14 +68,36 @@ def refuse_input(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, name:
     """Raises Refused where this one input cannot be driven."""
     if name not in sockets.identifiers(modifier.node_group):
         raise Refused(
-            f"The Volume Lattice of “{obj.name}” comes from a file older than the input {name}: open and save that file"
+            Sentence(
+                "The Volume Lattice of “{name}” comes from an older file and has no input {input}: open and save"
+                " that file",
+                name=obj.name,
+                input=name,
+            )
         )
     path = drivers.data_path(modifier, name)
     if drivers.keys_of(obj, path) is not None:
-        raise Refused(f"{name} of “{obj.name}” has keys, which a driver would hide: delete them first")
+        raise Refused(
+            Sentence(
+                "{input} of “{name}” has keys, which a driver would hide: delete them first", input=name, name=obj.name
+            )
+        )
     curve = drivers.of(obj, path)
     if curve is not None and not replace and not drivers.is_own(curve):
-        raise Refused(f"{name} of “{obj.name}” has a driver of yours already: delete it, or turn on Replace")
+        raise Refused(
+            Sentence(
+                "{input} of “{name}” has a driver of yours already: delete it, or turn on Replace",
+                input=name,
+                name=obj.name,
+            )
+        )
+
+
+def no_lattice(name: str) -> str:
+    """The modifier of the object of this name has no lattice, or one that is flat."""
+    return Sentence(
+        "The Volume Lattice of “{name}” has no lattice with a size: pick one in its Lattice input", name=name
+    )
 
 
 def target(
@@ -79,18 +110,42 @@ def target(
     found = beside(context, pairs, kinds)
     if len(found) == 1:
         return found[0]
-    kind = f"an object of the kind {kinds[0].lower()}" if kinds else "one other object"
-    told = f"found {', '.join(obj.name for obj in found)}" if found else "found none"
-    raise Refused(f"{what}: select {kind} as well, or name it ({told})")
+    raise Refused(not_one(what, kinds, [obj.name for obj in found]))
+
+
+def not_one(what: str, kinds: tuple[str, ...], found: list[str]) -> Sentence:
+    """Not one object that could be meant was selected, but none or these."""
+    values = {"what": sentence(what), "kind": Kind(kinds[0]) if kinds else "", "names": ", ".join(found)}
+    if kinds and found:
+        return Sentence("{what}: select one object of the kind {kind} as well, or name it (found {names})", **values)
+    if kinds:
+        return Sentence("{what}: select an object of the kind {kind} as well, or name it (found none)", **values)
+    if found:
+        return Sentence("{what}: select one other object as well, or name it (found {names})", **values)
+    return Sentence("{what}: select one other object as well, or name it (found none)", **values)
 
 
 def named_target(name: str, what: str, kinds: tuple[str, ...]) -> bpy.types.Object:
     """The object of this name, refused where there is none of such a kind."""
     obj = bpy.data.objects.get(name)
     if obj is None:
-        raise Refused(f"{what}: there is no object “{name}”; correct the name, or clear it and select the object")
+        raise Refused(
+            Sentence(
+                "{what}: there is no object “{name}”; correct the name, or clear it and select the object",
+                what=sentence(what),
+                name=name,
+            )
+        )
     if kinds and obj.type not in kinds:
-        raise Refused(f"{what}: “{name}” is of the kind {obj.type.lower()}; it must be {kinds[0].lower()}")
+        raise Refused(
+            Sentence(
+                "{what}: “{name}” is of the kind {kind}; it must be {wanted}",
+                what=sentence(what),
+                name=name,
+                kind=Kind(obj.type),
+                wanted=Kind(kinds[0]),
+            )
+        )
     return obj
 
 

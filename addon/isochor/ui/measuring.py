@@ -6,9 +6,11 @@ from time import perf_counter
 
 import bpy
 
+from ..core import problem
 from ..core.problem import Problem
 from ..core.volume_curve import VolumeCurve, farthest
-from ..tool import volume_curve
+from ..core.words import Sentence, named
+from ..tool import volume_curve, words
 from .choosing import chosen_modifiers
 
 PATIENCE = 0.1
@@ -29,7 +31,13 @@ class ISOCHOR_OT_measure_volume(bpy.types.Operator):
     frame_end: bpy.props.IntProperty(
         name="End", description="Last frame; the scene's where it is not given", options={"SKIP_SAVE"}
     )
-    step: bpy.props.IntProperty(name="Step", description="Frames from one measured frame to the next", default=1, min=1)
+    step: bpy.props.IntProperty(
+        name="Step",
+        description="Frames from one measured frame to the next",
+        default=1,
+        min=1,
+        options={"SKIP_SAVE"},
+    )
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -58,7 +66,7 @@ class ISOCHOR_OT_measure_volume(bpy.types.Operator):
         manager = context.window_manager
         self._timer = manager.event_timer_add(0.001, window=context.window)
         manager.progress_begin(0, len(self._frames))
-        context.workspace.status_text_set("Measuring the volume. Esc: break off")
+        context.workspace.status_text_set(words.shown("Measuring the volume. Esc: break off"))
         manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -92,9 +100,7 @@ class ISOCHOR_OT_measure_volume(bpy.types.Operator):
         if not given("frame_end"):
             self.frame_end = scene.frame_end
         if self.frame_end < self.frame_start:
-            raise Problem(
-                f"The last frame ({self.frame_end}) comes before the first ({self.frame_start}): correct one of them."
-            )
+            raise Problem(problem.ends_before(self.frame_start, self.frame_end))
         self._pairs = chosen_modifiers(context)
         self._frames = range(self.frame_start, self.frame_end + 1, self.step)
         volume_curve.require_measurable(self._pairs)
@@ -108,7 +114,8 @@ class ISOCHOR_OT_measure_volume(bpy.types.Operator):
         while perf_counter() < until:
             done = next(self._measuring)
         context.window_manager.progress_update(done)
-        context.workspace.status_text_set(f"Measuring the volume: frame {self._frames[done - 1]}. Esc: break off")
+        text = Sentence("Measuring the volume: frame {frame}. Esc: break off", frame=self._frames[done - 1])
+        context.workspace.status_text_set(words.shown(text))
 
     def _end_modal(self, context: bpy.types.Context) -> None:
         context.window_manager.event_timer_remove(self._timer)
@@ -118,18 +125,18 @@ class ISOCHOR_OT_measure_volume(bpy.types.Operator):
     def _keep(self, curves: list[VolumeCurve]) -> set[str]:
         for (obj, modifier), curve in zip(self._pairs, curves, strict=True):
             volume_curve.keep(modifier, curve)
-            self.report({"INFO"}, f"{obj.name}: {summary(curve)}")
+            self.report({"INFO"}, words.reported(named(obj.name, summary(curve))))
         return {"FINISHED"}
 
     def _refuse(self, trouble: Problem) -> set[str]:
-        self.report({"ERROR"}, str(trouble))
+        self.report({"ERROR"}, words.reported(trouble.sentence))
         return {"CANCELLED"}
 
 
 def summary(curve: VolumeCurve) -> str:
     """The worst frames in one line."""
     plain, kept = farthest(curve.before_percent) - 100.0, farthest(curve.after_percent) - 100.0
-    return f"lattice alone {plain:+.1f} %, corrected {kept:+.1e} %"
+    return Sentence("lattice alone {plain} %, corrected {kept} %", plain=f"{plain:+.1f}", kept=f"{kept:+.1e}")
 
 
 def register() -> None:

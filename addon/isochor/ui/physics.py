@@ -3,6 +3,8 @@
 
 import bpy
 
+from ..core.words import Sentence
+from ..tool import words
 from .choosing import chosen_modifiers
 from .simulating import ISOCHOR_OT_free_simulation, ISOCHOR_OT_simulate, simulated_lattices
 
@@ -25,7 +27,8 @@ class VIEW3D_PT_isochor_physics(bpy.types.Panel):
         layout = self.layout
         for lattice in simulated_lattices(context):
             frames = len(lattice.data.shape_keys.key_blocks) if lattice.data.shape_keys is not None else 0
-            layout.label(text=f"{lattice.name}: {frames} frames", icon="PHYSICS")
+            text = Sentence("{name}: {count} frames", name=lattice.name, count=frames)
+            layout.label(text=words.shown(text), translate=False, icon="PHYSICS")
         column = layout.column(align=True)
         column.operator(ISOCHOR_OT_simulate.bl_idname, icon="PLAY")
         column.operator(ISOCHOR_OT_free_simulation.bl_idname, icon="LOOP_BACK")

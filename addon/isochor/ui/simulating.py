@@ -9,7 +9,7 @@ import bpy
 import isochor
 
 from ..core import problem
-from ..tool import baked, baked_lattice, simulation
+from ..tool import baked, baked_lattice, simulation, words
 from ..tool.frames import frame_kept
 from ..tool.lattices import of_all, users_of
 from .choosing import active_object, chosen_lattices, chosen_modifiers
@@ -49,7 +49,7 @@ class ISOCHOR_OT_simulate(SimulationSettings, bpy.types.Operator):
         self._work, self._manager = work, context.window_manager
         self._manager.progress_begin(0.0, 1.0)
         self._timer = self._manager.event_timer_add(0.01, window=context.window)
-        context.workspace.status_text_set("Simulating: Esc to cancel")
+        context.workspace.status_text_set(words.shown("Simulating. Esc: cancel, nothing is changed"))
         self._manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -97,7 +97,7 @@ class ISOCHOR_OT_simulate(SimulationSettings, bpy.types.Operator):
             refuse(lattices, self.frame_start, self.frame_end)
             return self._simulated(context, lattices)
         except problem.Problem as trouble:
-            self.report({"ERROR"}, str(trouble))
+            self.report({"ERROR"}, words.reported(trouble.sentence))
             return None
 
     def _simulated(self, context: bpy.types.Context, lattices: list[bpy.types.Object]) -> Work:
@@ -114,12 +114,12 @@ class ISOCHOR_OT_simulate(SimulationSettings, bpy.types.Operator):
                         baked_lattice.remove(freed.pop(lattice))
                     baked_lattice.bake(lattice, found[lattice].first, found[lattice].points, self.as_kept())
             except (problem.Problem, isochor.Error) as trouble:
-                text = str(trouble) if isinstance(trouble, problem.Problem) else problem.sentence(trouble)
-                self.report({"ERROR"}, text)
+                text = trouble.sentence if isinstance(trouble, problem.Problem) else problem.sentence(trouble)
+                self.report({"ERROR"}, words.reported(text))
                 return {"CANCELLED"}
             finally:
-                for lattice, baked in freed.items():
-                    baked_lattice.put_back(lattice, baked)
+                for lattice, before in freed.items():
+                    baked_lattice.put_back(lattice, before)
         return {"FINISHED"}
 
     def _one(self, context: bpy.types.Context, lattice: bpy.types.Object, shapes: simulation.Shapes) -> Iterator[float]:
@@ -151,7 +151,7 @@ class ISOCHOR_OT_free_simulation(bpy.types.Operator):
         lattices = simulated_lattices(context)
         foreign = [lattice.name for lattice in lattices if not lattice.is_editable]
         if foreign:
-            self.report({"ERROR"}, problem.from_elsewhere(foreign))
+            self.report({"ERROR"}, words.reported(problem.foreign(", ".join(foreign))))
             return {"CANCELLED"}
         for lattice in lattices:
             baked_lattice.remove(baked_lattice.free(lattice))
@@ -169,7 +169,7 @@ def refuse(lattices: list[bpy.types.Object], start: int, end: int) -> None:
         raise problem.Problem(problem.NO_LATTICE)
     foreign = [lattice.name for lattice in lattices if not lattice.is_editable]
     if foreign:
-        raise problem.Problem(problem.from_elsewhere(foreign))
+        raise problem.Problem(problem.foreign(", ".join(foreign)))
     editing = [lattice.name for lattice in lattices if lattice.mode != "OBJECT"]
     if editing:
         raise problem.Problem(problem.in_edit_mode(editing))

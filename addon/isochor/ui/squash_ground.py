@@ -5,9 +5,10 @@ import bpy
 import numpy as np
 
 from ..core.settings import AXES, PIVOTS
+from ..core.words import Sentence
 from ..tool import drivers, lattice_frame, sockets
 from ..tool.drivers import Variable
-from .driving import Driving, Pairs, Refused, refuse_taken, search_objects, target
+from .driving import Driving, Pairs, Refused, no_lattice, refuse_taken, search_objects, target
 
 PIVOT_ITEMS = (
     ("CENTRE", "Centre", "The middle keeps its place; bottom and top come nearer"),
@@ -21,7 +22,7 @@ UPRIGHT = 0.9
 """Least cosine between the vertical and the lattice's axis: some 25 degrees."""
 
 
-class ISOCHOR_OT_squash_from_ground(Driving):
+class ISOCHOR_OT_squash_from_ground(Driving, bpy.types.Operator):
     """Drive Squash from the height above a ground object: whatever would go through the ground is pressed together
     just so far that the mesh stands on it"""
 
@@ -73,17 +74,26 @@ def plan(
     origin, and the pivot's height above the lowest vertex that enters, in world units."""
     frame = lattice_frame.of(modifier, depsgraph)
     if frame is None:
-        raise Refused(f"The Volume Lattice of “{obj.name}” has no lattice with a size: pick one in its Lattice input")
+        raise Refused(no_lattice(obj.name))
     heights = np.array([frame.direction(axis)[2] for axis in range(3)])
     axis = int(np.argmax(np.abs(heights)))
     if abs(heights[axis]) < UPRIGHT:
-        raise Refused(f"No axis of the lattice of “{obj.name}” is upright: turn it, or add it with the fit World")
+        raise Refused(
+            Sentence(
+                "No axis of the lattice of “{name}” is upright: turn it, or fit it again with Fit set to World",
+                name=obj.name,
+            )
+        )
     place = 0.5 if pivot == "CENTRE" else float(heights[axis] > 0.0)
     point = frame.end(axis, place)
     points = lattice_frame.entering(obj, modifier, depsgraph)
     below = float(point[2] - points[:, 2].min()) if len(points) else 0.0
     if below <= 1e-6 * float(frame.lengths[axis]):
-        raise Refused(f"“{obj.name}” has nothing below the pivot to be pressed: move its lattice around it")
+        raise Refused(
+            Sentence(
+                "“{name}” has nothing below the pivot that could be squashed: fit its lattice again", name=obj.name
+            )
+        )
     return axis, PIVOTS[round(2 * place)], float(point[2] - frame.matrix[2, 3]), below
 
 

@@ -19,7 +19,7 @@ STILL = 1e-6
 """Units a second below which an object counts as at rest."""
 
 
-class ISOCHOR_OT_squash_from_speed(Driving):
+class ISOCHOR_OT_squash_from_speed(Driving, bpy.types.Operator):
     """Stretch with speed: samples how fast each object moves in the world over the frames, keeps it as keys of its
     property "isochor_speed", and drives Squash from that. Run again after changing the motion"""
 
@@ -45,6 +45,7 @@ class ISOCHOR_OT_squash_from_speed(Driving):
         description="World units a second at which the stretch is whole; 0 takes the fastest of these frames",
         default=0.0,
         min=0.0,
+        options={"SKIP_SAVE"},
     )
 
     def put(self, context: bpy.types.Context, pairs: Pairs) -> None:
@@ -55,7 +56,14 @@ class ISOCHOR_OT_squash_from_speed(Driving):
         speeds = self.speeds(context, pairs, start, end)
         for (obj, _modifier), found in zip(pairs, speeds, strict=True):
             if found.max() <= STILL:
-                raise Refused(f"“{obj.name}” does not move in frames {start} to {end}: animate its place first")
+                raise Refused(
+                    Sentence(
+                        "“{name}” does not move in frames {start} to {end}: animate its place first",
+                        name=obj.name,
+                        start=start,
+                        end=end,
+                    )
+                )
         for (obj, modifier), found in zip(pairs, speeds, strict=True):
             speed.keep(obj, start, found)
             full = self.full_speed or float(found.max())
@@ -71,7 +79,13 @@ class ISOCHOR_OT_squash_from_speed(Driving):
         if not self.properties.is_property_set("frame_end"):
             self.frame_end = scene.frame_end
         if self.frame_end < self.frame_start:
-            raise Refused(f"End: frame {self.frame_end} is before the start, {self.frame_start}; make it later")
+            raise Refused(
+                Sentence(
+                    "End: frame {end} is before the start, {start}; make it later",
+                    end=self.frame_end,
+                    start=self.frame_start,
+                )
+            )
         return self.frame_start, self.frame_end
 
     def speeds(self, context: bpy.types.Context, pairs: Pairs, start: int, end: int) -> list[NDArray[np.float64]]:
@@ -106,9 +120,17 @@ def refuse_unkeyable(obj: bpy.types.Object) -> None:
         )
     action = obj.animation_data.action if obj.animation_data is not None else None
     if action is not None and not action.is_editable:
-        raise Refused(f"The keys of “{obj.name}” come from another file: make its action local first")
+        raise Refused(
+            Sentence("The keys of “{name}” come from another file: make its action local first", name=obj.name)
+        )
     if drivers.of(obj, speed.PATH) is not None:
-        raise Refused(f"The property {speed.PROPERTY} of “{obj.name}” has a driver: delete it first")
+        raise Refused(
+            Sentence(
+                "The property {property} of “{name}” has a driver: delete it first",
+                property=speed.PROPERTY,
+                name=obj.name,
+            )
+        )
 
 
 def register() -> None:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..core.problem import Problem
+from ..core.words import Sentence
+from ..tool import words
 from ..tool.frames import Step
 
 Bake = Generator[Step, None, list[str]]
@@ -68,15 +70,14 @@ class Stepping:
             step = next(bake)
         except StopIteration as end:
             for text in end.value or ():
-                self.report({"WARNING"}, text)
+                self.report({"WARNING"}, words.reported(text))
             return {"FINISHED"}
         except Problem as trouble:
-            self.report({"ERROR"}, str(trouble))
+            self.report({"ERROR"}, words.reported(trouble.sentence))
             return {"CANCELLED"}
         if context is not None:
             context.window_manager.progress_update(step.done / step.total)
-            text = f"Baking frame {step.moment.words}: {step.done} of {step.total}.   Esc: cancel, nothing is written"
-            context.workspace.status_text_set(text)
+            context.workspace.status_text_set(words.shown(how_far(step)))
         return None
 
     def _take_down(self, context: bpy.types.Context) -> None:
@@ -86,3 +87,13 @@ class Stepping:
             context.window_manager.progress_end()
             context.workspace.status_text_set(None)
             self._timer = None
+
+
+def how_far(step: Step) -> str:
+    """What the status bar says."""
+    return Sentence(
+        "Baking frame {frame}: {done} of {total}.   Esc: cancel, nothing is written",
+        frame=step.moment.words,
+        done=step.done,
+        total=step.total,
+    )

@@ -5,6 +5,7 @@ import bpy
 import numpy as np
 
 from ..core.settings import AXES
+from ..core.words import Sentence
 from ..tool import drivers, lattice_frame, sockets
 from ..tool.drivers import Variable
 from .driving import Driving, Pairs, Refused, refuse_taken, search_objects, target
@@ -16,7 +17,7 @@ AXIS_ITEMS = (
 )
 
 
-class ISOCHOR_OT_twist_from_bone(Driving):
+class ISOCHOR_OT_twist_from_bone(Driving, bpy.types.Operator):
     """Drive Twist from the rotation of a bone about one of its own axes, up to half a turn either way, in the sense in
     which the bone turns"""
 
@@ -51,11 +52,17 @@ def bone_of(armature: bpy.types.Object, name: str) -> str:
     """The bone of this name, or without a name the active one."""
     if name:
         if name not in armature.data.bones:
-            raise Refused(f"Bone: “{armature.name}” has no bone “{name}”; correct the name")
+            raise Refused(
+                Sentence("Bone: “{armature}” has no bone “{name}”; correct the name", armature=armature.name, name=name)
+            )
         return name
     active = armature.data.bones.active
     if active is None:
-        raise Refused(f"Bone: “{armature.name}” has no active bone; click one in Pose Mode, or name it")
+        raise Refused(
+            Sentence(
+                "Bone: “{armature}” has no active bone; click one in Pose Mode, or name it", armature=armature.name
+            )
+        )
     return str(active.name)
 
 

@@ -4,7 +4,8 @@
 import bpy
 
 from ..core.volume_curve import VolumeCurve, farthest
-from ..tool import curve_picture, stack, volume_curve
+from ..core.words import Sentence, sentence
+from ..tool import curve_picture, stack, volume_curve, words
 from .choosing import active_object, chosen_modifiers
 from .measuring import ISOCHOR_OT_measure_volume
 
@@ -30,7 +31,8 @@ class ISOCHOR_OT_volume_image(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         images = [curve_picture.image(obj, curve) for obj, curve in measured(context)]
         for image in images:
-            self.report({"INFO"}, f"The image “{image.name}” can be opened in an Image Editor")
+            text = Sentence("The image “{name}” can be opened in an Image Editor", name=image.name)
+            self.report({"INFO"}, words.reported(text))
         show(context, images[0])
         return {"FINISHED"}
 
@@ -85,7 +87,7 @@ def draw_curve(
     curve: VolumeCurve,
 ) -> None:
     """The picture of one curve, as wide as the sidebar, and its worst frames in numbers."""
-    layout.label(text=f"{obj.name}: {modifier.name}")
+    layout.label(text=f"{obj.name}: {modifier.name}", translate=False)
     scale = context.preferences.system.ui_scale
     width = max(180.0, context.region.width - MARGINS * scale)
     side = int(width - PADDING * scale)
@@ -95,17 +97,22 @@ def draw_curve(
     layout.template_icon(icon_value=icon, scale=width / (UNIT * scale))
     grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
     for name, value in rows(curve):
-        grid.label(text=name)
-        grid.label(text=value)
+        grid.label(text=words.shown(name), translate=False)
+        grid.label(text=words.shown(value), translate=False)
 
 
 def rows(curve: VolumeCurve) -> list[tuple[str, str]]:
     """Name and value of each number."""
     return [
-        ("Frames", f"{curve.frames[0]} to {curve.frames[-1]}"),
-        ("Lattice alone", f"{farthest(curve.before_percent) - 100.0:+.1f} % at worst"),
-        ("Corrected", f"{farthest(curve.after_percent) - 100.0:+.1e} % at worst"),
+        (sentence("Frames"), Sentence("{first} to {last}", first=curve.frames[0], last=curve.frames[-1])),
+        (sentence("Lattice alone"), at_worst(f"{farthest(curve.before_percent) - 100.0:+.1f}")),
+        (sentence("Corrected"), at_worst(f"{farthest(curve.after_percent) - 100.0:+.1e}")),
     ]
+
+
+def at_worst(percent: str) -> Sentence:
+    """The percentage in the worst frame."""
+    return Sentence("{percent} % at worst", percent=percent)
 
 
 CLASSES = (ISOCHOR_OT_volume_image, VIEW3D_PT_isochor_volume_curve)
