@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Features met together: binding, jelly, bakes, overrides, loops and copies on the same object."""
 
+from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import elsewhere
@@ -9,6 +11,7 @@ import numpy as np
 import pytest
 import scenes
 from numpy.typing import NDArray
+from test_bake import Window
 from test_set_rest import bent_lattice
 
 FRAMES = 6
@@ -291,6 +294,64 @@ def test_while_a_bake_plays_what_would_not_be_seen_is_refused(tmp_path, kind):
     assert bake(kind, tmp_path) == {"FINISHED"}
     for operator in ("simulate", "set_rest", "fit_lattice", "apply"):
         refused(operator, "“Ball” plays a bake")
+
+
+@pytest.mark.parametrize("operator", ["simulate", "measure_volume"])
+def test_what_takes_long_tells_how_far_it_is_in_a_window_and_esc_leaves_nothing(operator, monkeypatch):
+    ball, lattice, modifier = shaking()
+    bpy.context.scene.frame_set(2)
+    kind = getattr(bpy.types, f"ISOCHOR_OT_{operator}")
+    stepping = scenes.part("ui.stepping")
+    monkeypatch.setattr(stepping, "PATIENCE_S", 0.0)
+    before, own = counts(), lattice.data
+
+    class Running(stepping.Stepping):
+        """The operator's own steps and end, in a window that is none."""
+
+        how_far, finished, _broken_off = kind.how_far, kind.finished, kind._broken_off
+
+        def report(self, _kind: set[str], text: str) -> None:
+            said.append(text)
+
+    for esc_after in (3, None):
+        said: list[str] = []
+        running, window = Running(), Window()
+        running._with_progress = True
+        running._frames, running._pairs = ALL, [(ball, modifier)]
+        scene, layer = bpy.context.scene, bpy.context.view_layer
+        if operator == "measure_volume":
+            work = scenes.part("tool.volume_curve").measure(scene, layer, [(ball, modifier)], ALL)
+        else:
+            running.as_kept, running._one = dict, lambda _context, _lattice, shapes: shake(shapes)
+            work = kind._simulated(running, bpy.context, [lattice])
+        assert running.run(window, work) == {"RUNNING_MODAL"}
+        ticks = 0
+        ended = {"RUNNING_MODAL"}
+        while ended == {"RUNNING_MODAL"}:
+            esc = ticks == esc_after
+            event = SimpleNamespace(type="ESC" if esc else "TIMER", value="PRESS" if esc else "NOTHING")
+            ended = running.modal(window, event)
+            ticks += 1
+        assert window.timers == 0
+        assert window.texts[0].endswith(("Esc: break off", "nothing is changed"))
+        assert window.texts[-1] is None
+        assert scene.frame_current == 2
+        if esc_after is not None:
+            assert ended == {"CANCELLED"}
+            assert said == ["Broken off: nothing was kept"]
+            assert counts() == before
+            assert lattice.data == own
+    assert ended == {"FINISHED"}
+    done = scenes.part("tool.volume_curve").read(modifier) if operator == "measure_volume" else lattice.data != own
+    assert done
+
+
+def shake(shapes: SimpleNamespace) -> Iterator[float]:
+    """In place of a simulation: two frames of shapes, in five steps."""
+    shapes.first, shapes.points = 1, [np.zeros(192, np.float32), np.ones(192, np.float32)]
+    for step in range(5):
+        bpy.context.scene.frame_set(step + 3)
+        yield step / 5
 
 
 def test_a_simulation_whose_modifier_is_gone_can_be_freed():
