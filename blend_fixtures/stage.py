@@ -107,6 +107,14 @@ def make_striped_material() -> bpy.types.Material:
     return shader.finish(shader.mix(up, light, dark), roughness=0.4, coat=0.15)
 
 
+def tint(name: str, colour: Colour) -> bpy.types.Material:
+    """Plain, dull material of one colour."""
+    shader = _Shader(name)
+    shader._fill(shader.principled.inputs["Base Color"], colour)
+    shader.principled.inputs["Roughness"].default_value = 0.8
+    return shader.material
+
+
 def _add_ground() -> bpy.types.Object:
     mesh = bpy.data.meshes.new("Ground")
     half = GROUND_SIZE / 2

@@ -7,6 +7,7 @@ Use, on an X display, with BLENDER_USER_RESOURCES naming an empty folder (run_sc
 
 import argparse
 import sys
+from math import radians
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ sys.path.insert(0, str(HERE))
 import screenshot_scenes as scenes  # noqa: E402
 import window  # noqa: E402
 from blender_session import EXTENSION, command_arguments, install_extension  # noqa: E402
+from volume_lattice import find_volume_lattice, set_input  # noqa: E402
 
 
 def opened(name: str) -> type:
@@ -45,6 +47,7 @@ def set_up_window() -> window.Steps:
     properties = window.area("PROPERTIES")
     properties.spaces.active.context = "MODIFIER"
     window.move_edge(properties.x - 1, properties.y + 100, -80)
+    window.move_edge(view.x + 200, view.y - 1, -60)
     yield from window.settle()
 
 
@@ -60,8 +63,6 @@ def shading() -> None:
 
 def look_from(distance: float, height: float, turn: tuple[float, float]) -> None:
     """Places the 3D View's eye: ``turn`` degrees up from straight down, and around."""
-    from math import radians
-
     from mathutils import Euler
 
     eye = window.area("VIEW_3D").spaces.active.region_3d
@@ -113,6 +114,22 @@ def deformed_space(out: Path) -> window.Steps:
     yield from window.picture(out / "deformed-space-and-lattice.png", window.area("VIEW_3D"))
 
 
+def animated(out: Path) -> window.Steps:
+    """A column twisted and bent by numbers, and the panel that they stand in."""
+    scenes.clear()
+    column = scenes.column()
+    scenes.lattice_of(column).hide_set(True)
+    modifier = find_volume_lattice(column)
+    for name, value in (("Squash", 1.1), ("Taper", -0.3), ("Twist", radians(90.0)), ("Bend", radians(60.0))):
+        set_input(modifier, name, value)
+    set_input(modifier, "Axes", (1.0, 1.0, 0.0))
+    overlay()
+    look_from(8.5, 0.0, (72.0, 28.0))
+    panel = opened("VIEW3D_PT_isochor_animate")
+    yield from window.picture(out / "animate-panel.png")
+    closed(panel)
+
+
 def volume_curve(out: Path) -> window.Steps:
     """A bounce measured: the curve in the sidebar, and as an image."""
     scenes.clear()
@@ -131,6 +148,20 @@ def volume_curve(out: Path) -> window.Steps:
     image.save(filepath=str(out / "volume-curve-image.png"))
 
 
+def menu(out: Path) -> window.Steps:
+    """All that can be done, in the Object menu's place; Esc closes it again."""
+    view, main_window = window.area("VIEW_3D"), bpy.context.window_manager.windows[0]
+    place = (view.x + 130, view.y + view.height // 2 + 60)
+    main_window.cursor_warp(*place)
+    yield from window.settle()
+    with window.within(view):
+        bpy.ops.wm.call_menu(name="VIEW3D_MT_isochor")
+    yield from window.picture(out / "menu.png", view)
+    for value in ("PRESS", "RELEASE"):
+        main_window.event_simulate(type="ESC", value=value, x=place[0], y=place[1])
+        yield
+
+
 def popover(out: Path) -> window.Steps:
     """The overlay's place among Blender's own. The popover stays open, so this is the last picture."""
     view = window.area("VIEW_3D")
@@ -145,7 +176,7 @@ def everything(out: Path) -> window.Steps:
     """All pictures, one after the other."""
     yield from set_up_window()
     shading()
-    for part in (just_added, squashed, deformed_space, volume_curve, popover):
+    for part in (just_added, squashed, deformed_space, animated, volume_curve, menu, popover):
         yield from part(out)
     complaints = sys.modules[f"{EXTENSION}.tool.overlay"].complaints()
     if complaints:

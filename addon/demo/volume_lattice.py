@@ -9,12 +9,14 @@ from blender_session import DemoError
 MODIFIER_NAME = "Volume Lattice"
 
 
-def add_volume_lattice(ball: bpy.types.Object, points: tuple[int, int, int]) -> bpy.types.Object:
+def add_volume_lattice(
+    ball: bpy.types.Object, points: tuple[int, int, int], basis: str = "BSPLINE", margin: float = 0.05
+) -> bpy.types.Object:
     """Gives `ball` the modifier through the extension's operator, corrected in x and y; returns its lattice object."""
     bpy.ops.object.select_all(action="DESELECT")
     bpy.context.view_layer.objects.active = ball
     ball.select_set(True)
-    outcome = bpy.ops.isochor.add(resolution=points, basis="BSPLINE", fit="LOCAL", margin=0.05)
+    outcome = bpy.ops.isochor.add(resolution=points, basis=basis, fit="LOCAL", margin=margin)
     if outcome != {"FINISHED"}:
         raise DemoError(f"isochor.add on {ball.name!r} answered {outcome}, expected FINISHED.")
     modifier = find_volume_lattice(ball)
@@ -53,5 +55,13 @@ def set_input(modifier: bpy.types.NodesModifier, name: str, value: Any) -> None:
     if hasattr(modifier, "properties"):  # Blender 5.2 and later
         getattr(modifier.properties.inputs, identifier).value = value
     else:
-        modifier[identifier] = value
+        modifier[identifier] = _menu_number(modifier, name, value) if isinstance(value, str) else value
     modifier.id_data.update_tag()
+
+
+def _menu_number(modifier: bpy.types.NodesModifier, name: str, item: str) -> int:
+    """What Blender 4.5 keeps of a menu: the item's number, in the order of the group's Menu Switch."""
+    for node in modifier.node_group.nodes:
+        if node.bl_idname == "GeometryNodeMenuSwitch" and node.inputs[0].links[0].from_socket.name == name:
+            return [found.name for found in node.enum_items].index(item)
+    raise DemoError(f"modifier {modifier.name!r} has no menu {name!r}; the fixture and the extension do not fit.")

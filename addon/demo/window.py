@@ -41,7 +41,7 @@ def within(place: bpy.types.Area, kind: str = "WINDOW") -> Any:
 
 
 def move_edge(x: int, y: int, pixels: int) -> None:
-    """Moves the edge between areas at that place to the right, where the mouse does not keep Blender from it."""
+    """Moves the edge between areas at that place to the right, or up, where the mouse does not keep Blender from it."""
     window = bpy.context.window_manager.windows[0]
     with bpy.context.temp_override(window=window, screen=window.screen):
         if bpy.ops.screen.area_move.poll():

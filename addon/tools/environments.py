@@ -40,6 +40,8 @@ ENVIRONMENTS = {
     "gpu-bench": Environment(None, ("numpy", "scipy", "matplotlib")),
     # A JavaScript engine for the Flamenco job type, the tools of OpenJD and OpenCue, and what compares frames.
     "farm": Environment(None, (TESTING[0], "quickjs==1.19.4", *FARMS, "packaging", "numpy", "pillow")),
+    # The wheel is installed here too, to be described.
+    "docs": Environment(None, ("pdoc==16.0.0", "numpy")),
     # Draws the demo's pictures where the Blender found brings its own Python without them.
     "pictures": Environment(None, ("numpy", *PICTURES)),
     "3.13": Environment("3.13", ("bpy==5.2.3", *TESTING, *PICTURES), system="bpy"),

@@ -2,7 +2,7 @@
 """The legs of `make test`: each one function from nothing to a Report, raising Unavailable where it cannot run."""
 
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -23,6 +23,8 @@ PYTHON_CODE = [ROOT / "addon", ROOT / "blend_fixtures", ROOT / "native", ROOT / 
 TYPED_ADDON = BUILD / "types" / "isochor_addon"
 # A hung Blender must not eat the whole run; the slowest leg takes a few minutes.
 LIMIT_S = 1500.0
+# Of a command line.
+Words = Sequence[str]
 
 
 @dataclass(frozen=True)
@@ -53,9 +55,9 @@ def gpu_rust_tests() -> Report:
     return reports.from_cargo(*reports.echoed(command, _gpu_environment(), LIMIT_S))
 
 
-def gpu_tests() -> Report:
+def gpu_tests(tests: Words) -> Report:
     python = environments.install_wheel("native", build_wheel.wheel())
-    return _pytest([str(python), "-m", "pytest", str(TESTS / "gpu")], "gpu", _gpu_environment())
+    return _pytest([str(python), "-m", "pytest", *(tests or [str(TESTS / "gpu")])], "gpu", _gpu_environment())
 
 
 def stubs() -> Report:
@@ -82,58 +84,62 @@ def python_types() -> Report:
     return _noted(sum((reports.from_status(found, "") for found in (library, tools, addon)), Report()), "mypy")
 
 
-def tool_tests() -> Report:
-    return _pytest([str(environments.python("native")), "-m", "pytest", str(TESTS / "tools")], "tools", {})
+def tool_tests(tests: Words) -> Report:
+    python = environments.python("native")
+    return _pytest([str(python), "-m", "pytest", *(tests or [str(TESTS / "tools")])], "tools", {})
 
 
-def native_tests() -> Report:
+def native_tests(tests: Words) -> Report:
     python = environments.install_wheel("native", build_wheel.wheel())
-    return _pytest([str(python), "-m", "pytest", str(TESTS / "native")], "native", {})
+    return _pytest([str(python), "-m", "pytest", *(tests or [str(TESTS / "native")])], "native", {})
 
 
-def blender_tests(blender: blenders.Blender, env: dict[str, str]) -> Report:
+def blender_tests(blender: blenders.Blender, env: dict[str, str], tests: Words) -> Report:
     """The tests inside a Blender in which the built zip is installed."""
     script = TESTS / "blender" / "run_in_blender.py"
-    command = blender.command(script, "--zip", build_extension.extension())
+    command = blender.command(script, "--zip", build_extension.extension(), *tests)
     report = _pytest(command, blender.name.replace(" ", "-"), blender.isolation("test") | env)
     return _noted(report, blender.name) if not report.note else report
 
 
-def farm_tests() -> Report:
+def farm_tests(tests: Words) -> Report:
     """The farm's job templates: compiled and checked by their own tools, and their tasks run in a real Blender."""
     python, blender = environments.python("farm"), blenders.in_root()
     options = ["--blender", str(blender.program), "--extension", str(build_extension.extension())]
-    return _pytest([str(python), "-m", "pytest", str(TESTS / "farm"), *options], "farm", blender.isolation("farm"))
+    command = [str(python), "-m", "pytest", *(tests or [str(TESTS / "farm")]), *options]
+    return _pytest(command, "farm", blender.isolation("farm"))
 
 
-def all_legs() -> list[Leg]:
-    """Every leg in the order in which they are run: quick checks first."""
+def all_legs(tests: Words = ()) -> list[Leg]:
+    """Every leg in the order in which they are run: quick checks first. ``tests``: what those that use pytest give it,
+    files first, in the place of all their tests."""
     legs = [
         Leg("rustfmt", "Rust is formatted", rust_format),
         Leg("ruff", "Python is formatted and linted", python_format),
         Leg("types", "Python types", python_types),
-        Leg("tools", "The build and test tools", tool_tests),
+        Leg("tools", "The build and test tools", partial(tool_tests, tests)),
         Leg("clippy", "Rust lints, warnings as errors", clippy),
         Leg("rust", "Rust tests", rust_tests),
         Leg("stubs", "The binding's stubs are the generated ones", stubs),
-        Leg("native", "The installed wheel, without Blender", native_tests),
+        Leg("native", "The installed wheel, without Blender", partial(native_tests, tests)),
         Leg("gpu-rust", "Rust tests of the kernels, on a software rasteriser where there is no GPU", gpu_rust_tests),
-        Leg("gpu", "The installed wheel on the same", gpu_tests),
+        Leg("gpu", "The installed wheel on the same", partial(gpu_tests, tests)),
     ]
     for version in blenders.WHEELS:
         title = f"The installed extension in the bpy wheel for Python {version}"
-        legs.append(Leg(f"bpy-{version}", title, partial(_bpy_wheel, version)))
-    legs.append(Leg("blender", "The installed extension in a real Blender", _real_blender))
-    legs.append(Leg("farm", "The farm's job templates, run in a real Blender without a server", farm_tests))
+        legs.append(Leg(f"bpy-{version}", title, partial(_bpy_wheel, version, tests)))
+    legs.append(Leg("blender", "The installed extension in a real Blender", partial(_real_blender, tests)))
+    title = "The farm's job templates, run in a real Blender without a server"
+    legs.append(Leg("farm", title, partial(farm_tests, tests)))
     return legs
 
 
-def _bpy_wheel(version: str) -> Report:
-    return blender_tests(blenders.wheel(version), _gpu_environment())
+def _bpy_wheel(version: str, tests: Words) -> Report:
+    return blender_tests(blenders.wheel(version), _gpu_environment(), tests)
 
 
-def _real_blender() -> Report:
-    return blender_tests(blenders.in_root(), {})
+def _real_blender(tests: Words) -> Report:
+    return blender_tests(blenders.in_root(), {}, tests)
 
 
 def _pytest(command: list[str], name: str, env: dict[str, str]) -> Report:

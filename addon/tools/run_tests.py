@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Runs every test there is, leg by leg, and ends with a table and the totals; status 1 on any failure.
 
-Use: python run_tests.py [--only LEG ...]. A leg that this machine cannot run is a failure where CI=true and a loud
-SKIPPED elsewhere.
+Use: python run_tests.py [--only LEG ... [--tests "FILE -k NAME"]]. A leg that this machine cannot run is a failure
+where CI=true and a loud SKIPPED elsewhere. --tests gives pytest other words than all tests of the leg.
 """
 
 import argparse
+import shlex
 import subprocess
 import time
 
@@ -17,12 +18,14 @@ WIDTH = 100
 
 
 def main() -> int:
-    legs = all_legs()
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    names = [leg.name for leg in legs]
+    names = [leg.name for leg in all_legs()]
     parser.add_argument("--only", nargs="+", choices=names, default=names, metavar="LEG", help=", ".join(names))
-    wanted = parser.parse_args().only
-    results = [_timed(leg) for leg in legs if leg.name in wanted]
+    parser.add_argument("--tests", type=shlex.split, default=[], metavar="WORDS", help="files, and options of pytest")
+    chosen = parser.parse_args()
+    if chosen.tests and chosen.only == names:
+        parser.error("--tests needs --only: say in which leg those tests are")
+    results = [_timed(leg) for leg in all_legs(chosen.tests) if leg.name in chosen.only]
     return _summary(results)
 
 

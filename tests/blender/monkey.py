@@ -81,7 +81,7 @@ def play(random: Random, steps: int, console: Console, taken: "deque[str]") -> N
         act = random.choices(functions, weights)[0]
         taken.append(f"{number}: in {act.__name__}")
         taken[-1] = f"{number}: {act(scene, folder)}"
-        counts[act.__name__] += 1
+        counts[act.__name__] += not taken[-1].endswith(("nothing", "refused"))
         if act not in unchanging:
             bpy.ops.ed.undo_push(message=taken[-1])
         bpy.context.view_layer.update()

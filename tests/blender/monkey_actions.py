@@ -176,7 +176,7 @@ def move_object(scene: Scene, _folder: Path) -> str:
 
 def change_resolution(scene: Scene, _folder: Path) -> str:
     lattice = scene.some_lattice()
-    if lattice is None:
+    if lattice is None or lattice.data.shape_keys is not None:
         return NOTHING
     lattice.data.points_u = scene.random.choice((1, 2, 3, 4, 6))
     return f"resolution {lattice.name}"

@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 import scenes
 from monkey_actions import NOTHING
-from monkey_scene import Scene
+from monkey_scene import FRAMES, Scene
 
 MENUS = {
     "Reference": ("Rest", "Incoming"),
@@ -15,8 +15,34 @@ MENUS = {
     "Method": ("Balanced", "Sweep"),
     "Basis": ("Bernstein", "B-Spline"),
     "Outside": ("Keep", "Extend"),
+    "Axis": ("X", "Y", "Z"),
+    "Pivot": ("Bottom", "Centre", "Top"),
 }
 MODIFIERS_AT_MOST = 3
+
+
+def attempt(operator: Any, **properties: Any) -> str:
+    """Calls one of our operators; a refusal in plain words is as good as a success, a traceback is not."""
+    try:
+        return next(iter(operator(**properties))).lower()
+    except RuntimeError as refusal:
+        if "Traceback" in str(refusal):
+            raise
+        return "refused"
+
+
+def on_users(scene: Scene, operator: Any, **properties: Any) -> str:
+    """Calls it with one or two meshes that have a Volume Lattice selected, or with a lattice."""
+    users = scene.users()
+    if not users:
+        return NOTHING
+    chosen = scene.random.sample(users, min(len(users), scene.random.choice((1, 1, 2))))
+    lattice = scene.some_lattice()
+    scenes.choose(lattice if lattice is not None and scene.random.random() < 0.2 else chosen[0])
+    for other in chosen[1:]:
+        other.select_set(True)
+    names = " ".join(obj.name for obj in bpy.context.selected_objects)
+    return f"{operator.idname_py()} {names} {attempt(operator, **properties)}"
 
 
 def add(scene: Scene, _folder: Path) -> str:
@@ -25,22 +51,92 @@ def add(scene: Scene, _folder: Path) -> str:
         return NOTHING
     scenes.choose(mesh)
     side, basis = scene.random.choice((2, 3, 4, 5)), scene.random.choice(("BERNSTEIN", "BSPLINE"))
-    bpy.ops.isochor.add(
+    answer = attempt(
+        bpy.ops.isochor.add,
         resolution=(side, scene.random.choice((2, 4)), side),
         basis=basis,
         fit=scene.random.choice(("LOCAL", "WORLD", "ORIENTED")),
         margin=scene.random.choice((0.0, 0.05, 0.5)),
     )
-    return f"add {mesh.name} {basis} {side}"
+    return f"add {mesh.name} {basis} {side} {answer}"
 
 
 def remove(scene: Scene, _folder: Path) -> str:
-    user = scene.some_user()
-    if user is None:
-        return NOTHING
-    scenes.choose(user)
-    bpy.ops.isochor.remove()
-    return f"remove {user.name}"
+    return on_users(scene, bpy.ops.isochor.remove)
+
+
+def set_rest(scene: Scene, _folder: Path) -> str:
+    return on_users(scene, bpy.ops.isochor.set_rest)
+
+
+def clear_rest(scene: Scene, _folder: Path) -> str:
+    return on_users(scene, bpy.ops.isochor.clear_rest)
+
+
+def fit_again(scene: Scene, _folder: Path) -> str:
+    return on_users(scene, bpy.ops.isochor.fit_lattice, margin=scene.random.choice((0.0, 0.2)))
+
+
+def refine(scene: Scene, _folder: Path) -> str:
+    return on_users(scene, bpy.ops.isochor.fit_lattice, resolution=(scene.random.choice((3, 5, 6)), 0, 0))
+
+
+def mirror(scene: Scene, _folder: Path) -> str:
+    return on_users(scene, bpy.ops.isochor.mirror_lattice, axis=scene.random.choice("XYZ"))
+
+
+def measure(scene: Scene, _folder: Path) -> str:
+    first = scene.random.randint(1, FRAMES - 3)
+    return on_users(scene, bpy.ops.isochor.measure_volume, frame_start=first, frame_end=first + 3)
+
+
+def picture_of_curve(scene: Scene, _folder: Path) -> str:
+    return on_users(scene, bpy.ops.isochor.volume_image)
+
+
+def bake(scene: Scene, folder: Path) -> str:
+    kind = scene.random.choice(("PC2", "MDD", "SHAPE_KEYS", "LATTICE"))
+    first = scene.random.randint(1, FRAMES - 3)
+    return on_users(
+        scene, bpy.ops.isochor.bake, format=kind, frame_start=first, frame_end=first + 2, directory=str(folder)
+    )
+
+
+def free_bake(scene: Scene, _folder: Path) -> str:
+    return on_users(scene, bpy.ops.isochor.free_bake)
+
+
+def apply(scene: Scene, _folder: Path) -> str:
+    as_key = scene.random.random() < 0.5
+    return on_users(
+        scene,
+        bpy.ops.isochor.apply,
+        as_shape_key=as_key,
+        keep_modifier=as_key and scene.random.random() < 0.5,
+        single_user=scene.random.random() < 0.5,
+    )
+
+
+def simulate(scene: Scene, _folder: Path) -> str:
+    first = scene.random.randint(1, FRAMES - 4)
+    return on_users(scene, bpy.ops.isochor.simulate, frame_start=first, frame_end=first + 4, substeps=1)
+
+
+def free_simulation(scene: Scene, _folder: Path) -> str:
+    return on_users(scene, bpy.ops.isochor.free_simulation)
+
+
+def drive(scene: Scene, _folder: Path) -> str:
+    other = scene.some_mesh()
+    name = "" if other is None else other.name
+    return scene.random.choice(
+        (
+            lambda: on_users(scene, bpy.ops.isochor.squash_from_ground, ground=name),
+            lambda: on_users(scene, bpy.ops.isochor.squash_from_speed, frame_start=1, frame_end=4),
+            lambda: on_users(scene, bpy.ops.isochor.bend_from_empty, empty=name),
+            lambda: on_users(scene, bpy.ops.isochor.twist_from_bone, armature=name),
+        )
+    )()
 
 
 def set_input(scene: Scene, _folder: Path) -> str:
@@ -62,14 +158,32 @@ def _values(scene: Scene) -> list[tuple[str, Any]]:
         ("Target", uniform(0.7, 1.4)),
         ("Axes", choice(((1, 1, 1), (1, 1, 0), (0, 0, 1), (1, 0, 0), (0, 0, 0)))),
         ("Vertex Group", choice(("", "", "missing"))),
+        ("Squash", choice((1.0, uniform(0.5, 1.5)))),
+        ("Taper", choice((0.0, uniform(-0.5, 0.5)))),
+        ("Twist", choice((0.0, uniform(-2.0, 2.0)))),
+        ("Bend", choice((0.0, uniform(-1.5, 1.5)))),
+        ("Bend Direction", uniform(-3.0, 3.0)),
         ("Lattice", choice([None, *scene.lattices() * 3])),
     ]
     return found
 
 
 ACTIONS = {
-    add: 7,
+    add: 9,
     remove: 3,
-    set_input: 9,
+    set_input: 12,
+    set_rest: 3,
+    clear_rest: 1,
+    fit_again: 2,
+    refine: 1,
+    mirror: 2,
+    measure: 1,
+    picture_of_curve: 1,
+    bake: 2,
+    free_bake: 3,
+    apply: 2,
+    simulate: 1,
+    free_simulation: 2,
+    drive: 2,
 }
 """How often each is done, in proportion."""

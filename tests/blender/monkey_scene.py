@@ -88,7 +88,8 @@ def kept(obj: bpy.types.Object) -> tuple[float, float] | None:
 def wanted(obj: bpy.types.Object, modifiers: list[bpy.types.Modifier], report: Any) -> float:
     """From the mesh itself where that is what entered and counts; else what the modifier says that it aims at."""
     last = obj.modifiers[-1]
-    if len(modifiers) == 1 and scenes.get_input(last, "Reference") == "Incoming":
+    own_shape = len(modifiers) == 1 and obj.data.shape_keys is None
+    if own_shape and scenes.get_input(last, "Reference") == "Incoming":
         evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).modifiers[last.name]
         return scenes.volume(obj.data) * float(scenes.get_input(evaluated, "Target"))
     return float(report.volumes.target)

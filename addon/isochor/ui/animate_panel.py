@@ -29,6 +29,7 @@ class VIEW3D_PT_isochor_animate(bpy.types.Panel):
     bl_region_type = "UI"
     bl_parent_id = VIEW3D_PT_isochor.__name__
     bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 11
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout

@@ -18,6 +18,7 @@ class VIEW3D_PT_isochor_bake(bpy.types.Panel):
     bl_region_type = "UI"
     bl_parent_id = "VIEW3D_PT_isochor"
     bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 13
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout

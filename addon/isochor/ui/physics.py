@@ -18,6 +18,7 @@ class VIEW3D_PT_isochor_physics(bpy.types.Panel):
     bl_region_type = "UI"
     bl_parent_id = "VIEW3D_PT_isochor"
     bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 12
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the gallery's pages have in common: a stage with one object under a Volume Lattice, inputs, and the lattice
+made visible (bpy)."""
+
+from math import radians
+from typing import Any
+
+import bpy
+import numpy as np
+from column import make_column
+from gallery_tile import Tile
+from stage import INK, set_stage, tint
+from surface_measures import enclosed_volume, measure, mesh_arrays
+from volume_lattice import add_volume_lattice, find_volume_lattice, set_input
+
+WIRE = 0.012
+"""Radius of the lattice's lines, in scene units."""
+
+
+class Staged:
+    """One object on the stage, its lattice and its modifier."""
+
+    def __init__(
+        self, scene: bpy.types.Scene, obj: bpy.types.Object, resolution: tuple[int, int, int], **fit: Any
+    ) -> None:
+        """``fit``: basis and margin of the lattice, where not those of ``add_volume_lattice``."""
+        set_stage(scene)
+        scene.collection.objects.link(obj)
+        bpy.context.view_layer.update()
+        self.object = obj
+        self.lattice = add_volume_lattice(obj, resolution, **fit)
+        self.modifier = find_volume_lattice(obj)
+        self.whole = enclosed_volume(*mesh_arrays(obj.data))
+
+    def put(self, **inputs: Any) -> None:
+        """Sets inputs of the modifier by name, with _ for a space."""
+        for name, value in inputs.items():
+            set_input(self.modifier, name.replace("_", " "), value)
+        bpy.context.view_layer.update()
+
+    def tile(self, caption: str, promised: bool = True) -> Tile:
+        """The stage as it stands now, the volume at rest promised or nothing."""
+        return Tile(caption, self.object.name, self.whole, self.whole if promised else None)
+
+
+def standing_column() -> bpy.types.Object:
+    """The striped column, turned so that two of its sides are seen, and small enough to be stretched in the picture."""
+    column = make_column()
+    column.scale = (0.8, 0.8, 0.8)
+    column.rotation_euler.z = radians(-28.0)
+    return column
+
+
+def lowest(obj: bpy.types.Object) -> float:
+    """Height above the ground of the lowest vertex that is drawn."""
+    evaluated: Any = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    positions, triangles = mesh_arrays(evaluated.data)
+    return measure(positions, triangles, evaluated.matrix_world).lowest
+
+
+def draw_lattice(lattice: bpy.types.Object, layer: int | None = None) -> bpy.types.Object:
+    """An object of thin tubes along the lattice's lines as it is shaped now, for renders show none by themselves: those
+    of its outer faces, or of one layer of points."""
+    curve = bpy.data.curves.new(f"{lattice.name} Lines", "CURVE")
+    curve.dimensions, curve.bevel_depth = "3D", WIRE
+    for line in _lines(lattice, layer):
+        spline = curve.splines.new("POLY")
+        spline.points.add(len(line) - 1)
+        for point, place in zip(spline.points, line):
+            point.co = (*place, 1.0)
+    curve.materials.append(tint("Lattice", INK))
+    drawn = bpy.data.objects.new(curve.name, curve)
+    bpy.context.scene.collection.objects.link(drawn)
+    return drawn
+
+
+def _lines(lattice: bpy.types.Object, layer: int | None) -> list[list[Any]]:
+    """The lines, each a list of places in the world."""
+    data = lattice.data
+    u, v, w = data.points_u, data.points_v, data.points_w
+    cells = np.arange(u * v * w).reshape(w, v, u)
+    if layer is not None:
+        cells = cells[layer : layer + 1]
+    places = [lattice.matrix_world @ point.co_deform for point in data.points]
+    found = []
+    for along in range(3):
+        rows = np.moveaxis(cells, along, -1)
+        for a, b in np.ndindex(rows.shape[:2]):
+            if rows.shape[2] > 1 and (a in (0, rows.shape[0] - 1) or b in (0, rows.shape[1] - 1)):
+                found.append([places[index] for index in rows[a, b]])
+    return found
