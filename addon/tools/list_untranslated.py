@@ -4,8 +4,8 @@
 Use: python list_untranslated.py. Ends with status 1 where something is missing. A text is found where it stands as a
 constant: as label or docstring of a Blender class, as name, description or item of a property, as text= of a layout,
 in report() and poll_message_set(), in Problem(), Sentence(), words.shown() and words.reported(), also where these are
-given a constant of the module by its name, and anywhere in SPOKEN and TOOLTIPS. Text with names in it that is no
-Sentence stays English in every language: it is listed last. The command line speaks English.
+given a constant of the module by its name, and anywhere in SPOKEN, TOOLTIPS and INTERFACE. Text with names in it that
+is no Sentence stays English in every language: it is listed last. The command line speaks English.
 """
 
 import ast
@@ -23,7 +23,8 @@ WRITERS = {"report", "poll_message_set", "Problem", "Refused", "Sentence", "sent
 SPOKEN = SOURCE / "core" / "problem.py"
 """Every string in it is the user's to read."""
 TOOLTIPS = SOURCE / "tool" / "group_inputs.py"
-"""Its prose is the tooltips of the modifier's inputs."""
+INTERFACE = SOURCE / "ui"
+"""All prose of the one is tooltips of the modifier's inputs, all of the other is shown."""
 ENGLISH = (SOURCE / "core" / "frame_range.py", SOURCE / "core" / "joining.py")
 """Used by the command line alone."""
 PROSE = re.compile(r"[^\W\d_]{2,} [^\W\d_]{2,}")
@@ -123,8 +124,8 @@ def texts_of(place: Path) -> Iterator[str]:
     yield from of_names(tree)
     if place == SPOKEN:
         yield from spoken(tree)
-    elif place == TOOLTIPS:
-        yield from tooltips(tree)
+    elif place == TOOLTIPS or INTERFACE in place.parents:
+        yield from prose(tree)
 
 
 def of_names(tree: ast.Module) -> Iterator[str]:
@@ -181,11 +182,17 @@ def spoken(tree: ast.Module) -> Iterator[str]:
             yield from constants(node.value)
 
 
-def tooltips(tree: ast.Module) -> Iterator[str]:
-    """What a module assigns or hands on in words of which not each has a capital, as names do."""
+def prose(tree: ast.Module) -> Iterator[str]:
+    """Strings of several words of which not each has a capital, as names have; no docstrings, no formatted strings."""
+    silent = {
+        child
+        for node in ast.walk(tree)
+        if isinstance(node, (ast.Expr, ast.JoinedStr))
+        for child in (ast.walk(node) if isinstance(node, ast.JoinedStr) else [node.value])
+    }
     for node in ast.walk(tree):
-        for value in node.args if isinstance(node, ast.Call) else [node.value] if isinstance(node, ast.Assign) else []:
-            yield from (text for text in constants(value) if re.search(" [a-z]", text))
+        if isinstance(node, ast.Constant) and node not in silent and re.search(" [a-z]", str(node.value)):
+            yield str(node.value)
 
 
 def constants(node: ast.expr) -> Iterator[str]:

@@ -90,6 +90,28 @@ class ISOCHOR_OT_x(bpy.types.Operator):
     }
 
 
+def test_the_search_finds_all_prose_of_the_interface(tmp_path, monkeypatch):
+    monkeypatch.setattr(list_untranslated, "INTERFACE", tmp_path / "ui")
+    text = '''
+class Work:
+    """What the class does."""
+
+    ended = "Ended before its time"
+    name = "Volume Lattice"
+
+    def step(self):
+        """What the step does."""
+        return 0.5, "Half of it is done", f"{self.name} or so - {self.name}"
+'''
+    found = {}
+    for folder in ("ui", "tool"):
+        (tmp_path / folder).mkdir()
+        place = tmp_path / folder / "part.py"
+        place.write_text(text, encoding="utf-8")
+        found[folder] = set(list_untranslated.texts_of(place))
+    assert found == {"ui": {"Ended before its time", "Half of it is done"}, "tool": set()}
+
+
 def test_the_search_finds_the_tooltips_of_inputs():
     found = set(list_untranslated.texts_of(list_untranslated.TOOLTIPS))
     interface = scenes.part("tool.node_group").ensure().interface
