@@ -395,7 +395,7 @@ class Window:
     def progress_begin(self, _low: float, _high: float) -> None: ...
 
     def progress_update(self, share: float) -> None:
-        assert 0.0 < share <= 1.0
+        assert 0.0 <= share <= 1.0
 
     def progress_end(self) -> None: ...
 

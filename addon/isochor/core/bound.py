@@ -2,13 +2,15 @@
 """A lattice as it stood when its rest was set: from then on its shape and place are measured from there."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from hashlib import blake2b
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import problem
-from .grid import Grid, control_points
+from .grid import Grid, build_lattice, control_points
+from .volume import SINGLE
 
 Array = NDArray[np.float64]
 
@@ -23,6 +25,13 @@ class Embedding:
 
     grid: Grid
     control: Array = field(repr=False)
+
+    @cached_property
+    def is_shaped(self) -> bool:
+        """Whether the lattice was shaped, by more than the rounding of Blender's coordinates."""
+        undeformed = build_lattice(self.grid).rest
+        rounding = 4.0 * SINGLE * float(np.abs(undeformed).max())
+        return float(np.abs(self.control - undeformed).max()) > rounding
 
 
 @dataclass(frozen=True)

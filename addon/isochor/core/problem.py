@@ -298,6 +298,26 @@ def nothing_carried(lattice: str, names: str) -> str:
     )
 
 
+def rest_shaped(lattice: str, name: str) -> str:
+    """The shape in which jelly comes to rest is the undeformed box, in which this mesh is not embedded."""
+    return Sentence(
+        "“{lattice}” was already shaped when the rest of “{name}” was set, and jelly comes to rest in the undeformed"
+        " box: Clear Rest first.",
+        lattice=lattice,
+        name=name,
+    )
+
+
+def plays_bake(name: str) -> str:
+    """A bake plays instead of the Volume Lattice."""
+    return Sentence("“{name}” plays a bake: free the bake first.", name=name)
+
+
+def simulated(name: str) -> str:
+    """A lattice shows a simulation, whose frames are not to be edited one by one."""
+    return Sentence("“{name}” shows a simulation: free that first, and simulate again afterwards.", name=name)
+
+
 def no_pin_group(group: str, lattice: str) -> str:
     """The group of pinned points is missing."""
     return Sentence(

@@ -65,12 +65,17 @@ class Report:
         """The same by its own name."""
         return self.binding.device_name if self.device == "gpu" and self.binding is not None else self.device
 
+    @property
+    def embedded(self) -> isochor.Binding | None:
+        """The binding, with the mesh of this frame in it."""
+        return self.binding if self.binding is None or self.embed is None else self.embed()
+
     @cached_property
     def volumes(self) -> Volumes | None:
         """None where no volume was corrected."""
-        if self.binding is None or self.result is None or self.asked is None:
+        binding, result = self.embedded, self.result
+        if binding is None or result is None or self.asked is None:
             return None
-        binding, result = self._embedded(self.binding), self.result
         after = result.volume if self.rounded is None else measures(*self.rounded).volume
         error = abs(after - result.target) / abs(result.target)
         return Volumes(result.target, binding.volume(self.asked), after, error)
@@ -85,12 +90,9 @@ class Report:
     @cached_property
     def vertices_outside(self) -> int | None:
         """How many vertices stand outside the lattice's domain, or of a bound one outside its shape."""
-        return self._embedded(self.binding).outside_count if self.binding is not None else None
+        return None if self.embedded is None else self.embedded.outside_count
 
     @cached_property
     def inside_out(self) -> bool:
         """Whether the faces point inwards, so that the volume counts as negative."""
         return self.result is not None and self.result.target < 0.0
-
-    def _embedded(self, binding: isochor.Binding) -> isochor.Binding:
-        return binding if self.embed is None else self.embed()

@@ -50,7 +50,7 @@ class Skin:
 def skin_of(request: Request, grid: Grid, volume: float | None) -> Skin:
     """The mesh that was bound in ``request``, carried by the lattice ``grid`` in world space. ``volume``: the factor of
     its own volume to keep, or None for none."""
-    to_world = grid.to_object @ np.linalg.inv(request.grid.to_object)
+    to_world = grid.to_object @ np.linalg.inv(request.embedding_grid.to_object)
     vertices = request.positions.astype(np.float64) @ to_world[:3, :3].T + to_world[:3, 3]
     influence = np.ones(len(vertices)) if request.influence is None else request.influence.astype(np.float64)
     triangles = None if volume is None else request.triangles

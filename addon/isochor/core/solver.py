@@ -118,16 +118,6 @@ class Solver:
         """(V, 3) positions that the frame before was computed from."""
         return None if self._answered is None else self._answered.positions
 
-    @property
-    def request(self) -> Request | None:
-        """What the present embedding was made for; None where lattice and mesh allow none."""
-        return self._bound
-
-    @property
-    def answered(self) -> Request | None:
-        """What was asked last and could be deformed."""
-        return self._answered if self._outcome is not None and self._outcome.vertices is not None else None
-
     def solve(self, request: Request) -> Outcome:
         """The outcome of ``request``; the very same object as before where nothing has changed. Never raises
         ``isochor.Error``: it becomes a problem in the report, and the frame the uncorrected deformation."""
@@ -154,17 +144,6 @@ class Solver:
     def bound_volume(self) -> float | None:
         """Signed volume of the mesh that entered last, or None where it encloses none."""
         return None if self._answered is None else self.incoming_volume(self._answered)
-
-    def bound_target(self) -> float | None:
-        """Signed volume that the mesh that entered last should have, or None where it encloses none."""
-        binding, bound = self._binding, self._bound
-        if binding is None or bound is None or bound.triangles is None:
-            return None
-        try:
-            own, wanted = binding.reference_volume, wanted_volume(binding, bound)
-        except isochor.Error:
-            return None
-        return own if wanted is None else wanted
 
     def _fresh(self, request: Request) -> Outcome:
         try:
@@ -284,6 +263,18 @@ def wanted_volume(binding: isochor.Binding, request: Request) -> float | None:
     if perhaps_flat and request.triangles is not None and is_flat(request.positions, request.triangles):
         raise isochor.VolumeError(problem.FLAT)
     return (own if rest is None else rest) * settings.target
+
+
+def target_volume(binding: isochor.Binding, request: Request) -> float | None:
+    """Signed volume that the mesh of this request, which is in the binding, should have; None where it encloses
+    none."""
+    if request.triangles is None:
+        return None
+    try:
+        wanted = wanted_volume(binding, request)
+        return binding.reference_volume if wanted is None else wanted
+    except isochor.Error:
+        return None
 
 
 def entering(request: Request) -> Vertices:

@@ -41,21 +41,26 @@ def new_lattice(
     data.points_u, data.points_v, data.points_w = shape
     lattice.matrix_world = Matrix(matrix.tolist())
     lattice[MADE_BY_ADD] = True
-    _open_collection(context, beside).objects.link(lattice)
+    open_collection(context, beside).objects.link(lattice)
     space = context.space_data
     if space is not None and space.type == "VIEW_3D" and space.local_view is not None:
         lattice.local_view_set(space, True)
     return lattice
 
 
-def _open_collection(context: bpy.types.Context, beside: bpy.types.Object | None) -> bpy.types.Collection:
+def open_collection(context: bpy.types.Context, beside: bpy.types.Object | None) -> bpy.types.Collection:
     """A collection whose objects show and can be changed: the active one, one around ``beside``, or the scene's."""
     layers = _layers(context.view_layer.layer_collection)
     around = [] if beside is None else [layer for layer in layers if beside.name in layer.collection.objects]
     for layer in (context.view_layer.active_layer_collection, *around):
-        if layer.is_visible and not layer.hide_viewport and layer.collection.is_editable:
+        if layer.is_visible and not layer.hide_viewport and takes_objects(layer.collection):
             return layer.collection
     return context.scene.collection
+
+
+def takes_objects(collection: bpy.types.Collection) -> bool:
+    """Whether objects can be linked to it: not where it is another file's, or overrides one of another file."""
+    return bool(collection.is_editable and collection.override_library is None)
 
 
 def _layers(layer: bpy.types.LayerCollection) -> list[bpy.types.LayerCollection]:

@@ -64,8 +64,8 @@ def _refusal(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, how: How)
         )
     if obj.mode != "OBJECT":
         return Sentence("“{name}” is in another mode: go to Object Mode first.", name=obj.name)
-    if baked.KEY in obj:
-        return Sentence("“{name}” plays a bake: free the bake first.", name=obj.name)
+    if baked.is_playing(obj):
+        return problem.plays_bake(obj.name)
     if not modifier.show_viewport:
         return Sentence(
             "“{modifier}” of “{name}” is switched off: switch it on in the viewport first.",

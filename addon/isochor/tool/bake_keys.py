@@ -103,7 +103,7 @@ def _key_shape(target: frames.Target, basis: Shape, context: bpy.types.Context) 
     """(V, 3) of the key that, on top of all others as they are in the frame shown, makes what leaves ours."""
     leaving = frames.leaving(target, context)
     memories = [state.recall(target.obj, modifier) for modifier in target.ours]
-    requests = [memory.solver.request for memory in memories if memory is not None]
+    requests = [memory.asked for memory in memories if memory is not None]
     entered = next((request.positions for request in requests if request is not None), leaving)
     return (leaving - entered.astype(np.float64) + basis).astype(np.float32)
 

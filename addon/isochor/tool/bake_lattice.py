@@ -10,12 +10,13 @@ import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from ..core import grid, native_lattice, problem, volume
+from ..core import grid, native_lattice, problem
 from ..core.grid import Grid
 from ..core.solver import Request, same_array
 from ..core.tally import Tally
 from ..core.words import Sentence, sentence, together
 from . import (
+    adding,
     animation_paths,
     baked,
     evaluated,
@@ -80,33 +81,18 @@ def _refusal_of_several(target: frames.Target) -> str | None:
     )
 
 
-def embedding(request: Request) -> Grid:
-    """The undeformed lattice that the vertices are embedded in."""
-    return request.embedding_grid
-
-
-def is_bound_shaped(request: Request) -> bool:
-    """Whether the vertices are embedded in a lattice that was shaped when its rest was set, by more than the rounding
-    of Blender's coordinates."""
-    if request.rest_control is None:
-        return False
-    undeformed = grid.build_lattice(request.embedding_grid).rest
-    rounding = 4.0 * volume.SINGLE * float(np.abs(undeformed).max())
-    return float(np.abs(request.rest_control - undeformed).max()) > rounding
-
-
 def refusal(obj: bpy.types.Object, request: Request, outside: int) -> str | None:
     """Why Blender's Lattice modifier cannot do what ours did to the object in one frame, with so many vertices outside
     the lattice; or None."""
-    if is_bound_shaped(request):
+    if request.bound is not None and request.bound.is_shaped:
         return Sentence(
             "the lattice of “{name}” was already shaped when its rest was set: Blender's own Lattice modifier cannot"
             " hold that. Bake to a point cache instead.",
             name=obj.name,
         )
-    axes = native_lattice.native_axes(embedding(request))
+    axes = native_lattice.native_axes(request.embedding_grid)
     if not axes:
-        points = " × ".join(map(str, embedding(request).shape))
+        points = " × ".join(map(str, request.embedding_grid.shape))
         return Sentence(
             "the lattice of “{name}” has {points} points: Blender's own Lattice modifier goes up to 4 on each side with"
             " the Bernstein basis. Bake to a point cache instead.",
@@ -129,7 +115,7 @@ def refusal(obj: bpy.types.Object, request: Request, outside: int) -> str | None
 
 def _note(records: dict[str, Record], target: frames.Target, moment: frames.Moment, context: bpy.types.Context) -> None:
     memory = state.recall(target.obj, target.last)
-    request = None if memory is None else memory.solver.request
+    request = None if memory is None else memory.asked
     if memory is None or request is None or memory.report.control is None:
         raise problem.Problem(
             Sentence(
@@ -142,14 +128,14 @@ def _note(records: dict[str, Record], target: frames.Target, moment: frames.Mome
     outside = memory.report.vertices_outside or 0
     inside = None
     if outside and request.settings.outside == "Keep":
-        inside = native_lattice.inside(embedding(request), request.positions)
+        inside = native_lattice.inside(request.embedding_grid, request.positions)
     text = refusal(target.obj, request, outside)
     record = records.setdefault(target.obj.name, Record(request, inside))
     text = text or _change(record, request, inside, target.obj.name)
     if text:
         raise problem.Problem(Sentence("Frame {frame}: {problem}", frame=moment.words, problem=sentence(text)))
-    here = embedding(request)
-    record.follows = record.follows or not _same_place(embedding(record.first), here, target, context)
+    here = request.embedding_grid
+    record.follows = record.follows or not _same_place(record.first.embedding_grid, here, target, context)
     record.to_object.append(here.to_object)
     record.control.append(np.array(memory.report.control))
     record.strength.append(request.settings.strength)
@@ -159,7 +145,7 @@ def _change(record: Record, request: Request, inside: NDArray[np.bool_] | None, 
     """What is not as in the first frame and has to be, for one new lattice and modifier to hold both; or None."""
 
     def kind(request: Request) -> tuple[object, ...]:
-        rest, settings = embedding(request), request.settings
+        rest, settings = request.embedding_grid, request.settings
         return rest.shape, rest.low, rest.high, rest.basis, settings.vertex_group, settings.invert, settings.outside
 
     if kind(record.first) != kind(request):
@@ -183,7 +169,7 @@ def _same_place(one: Grid, other: Grid, target: frames.Target, context: bpy.type
 def _play(target: frames.Target, when: list[float], record: Record) -> None:
     """Puts the Lattice modifier right behind ours."""
     obj, request = target.obj, record.first
-    axes = native_lattice.native_axes(embedding(request))
+    axes = native_lattice.native_axes(request.embedding_grid)
     baked.drop(obj)
     lattice = _new_lattice(obj, axes)
     placement = native_lattice.placement(axes)
@@ -214,9 +200,9 @@ def _new_lattice(obj: bpy.types.Object, axes: native_lattice.Axes) -> bpy.types.
     for axis, native in zip("uvw", axes, strict=True):
         setattr(data, f"points_{axis}", native.count)
         setattr(data, f"interpolation_type_{axis}", native.interpolation)
-    for collection in obj.users_collection:
-        if collection.is_editable:
-            collection.objects.link(lattice)
+    open_ones = [collection for collection in obj.users_collection if adding.takes_objects(collection)]
+    for collection in open_ones or [bpy.context.scene.collection]:
+        collection.objects.link(lattice)
     lattice.hide_viewport = True
     return lattice
 

@@ -12,6 +12,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from . import linear_curve
+
 BEFORE, MODIFIERS, SETTINGS = "isochor_before", "isochor_modifiers", "isochor_settings"
 """Custom properties of the baked data: the lattice data before, which modifiers were switched off, and with what the
 shapes were made."""
@@ -82,23 +84,5 @@ def _switch_off(lattice: bpy.types.Object) -> None:
 
 def _animate(keys: bpy.types.Key, first: int) -> None:
     """One key a frame, each where its shape stands: shapes are spaced by rounded steps."""
-    keys.keyframe_insert("eval_time", frame=first)
-    curve = curve_of(keys, "eval_time")
-    curve.keyframe_points.clear()
-    count = len(keys.key_blocks)
-    curve.keyframe_points.add(count)
-    frames = np.empty(count, np.float32)
-    keys.key_blocks.foreach_get("frame", frames)
-    places = np.stack([np.arange(first, first + count, dtype=np.float32), frames], axis=1)
-    curve.keyframe_points.foreach_set("co", places.reshape(-1))
-    for point in curve.keyframe_points:
-        point.interpolation = "LINEAR"
-    curve.extrapolation = "CONSTANT"
-    curve.update()
-
-
-def curve_of(animated: bpy.types.ID, path: str) -> bpy.types.FCurve:
-    """The curve of a property, in the layers and strips of its action."""
-    animation = animated.animation_data
-    channels = animation.action.layers[0].strips[0].channelbag(animation.action_slot)
-    return channels.fcurves.find(path)
+    frames = [float(first + number) for number in range(len(keys.key_blocks))]
+    linear_curve.add(keys, "eval_time", frames, [block.frame for block in keys.key_blocks])

@@ -5,13 +5,15 @@ import bpy
 
 from ..core import grid, problem
 from ..core.bound import BoundShape
-from . import bound, evaluated, rest, results, sockets, state
+from . import baked, bound, evaluated, rest, results, sockets, state
 
 Pair = tuple[bpy.types.Object, bpy.types.NodesModifier]
 
 
 def shape_now(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, depsgraph: bpy.types.Depsgraph) -> BoundShape:
     """The modifier's lattice as it stands, seen from the object; raises a Problem where there is none to bind with."""
+    if baked.is_playing(obj):
+        raise problem.Problem(problem.plays_bake(obj.name))
     original = sockets.read(modifier, sockets.LATTICE)
     if original is None:
         raise problem.Problem(problem.NO_LATTICE)

@@ -5,9 +5,8 @@ import re
 from dataclasses import dataclass
 
 import bpy
-from bpy_extras import anim_utils
 
-from . import sockets
+from . import animated, animation_paths, sockets
 
 OWN = frozenset(
     "height ground speed roll ex ey ez ox oy oz ax ay az bx by bz cx cy cz".split(),
@@ -33,8 +32,7 @@ class Variable:
 
 def data_path(modifier: bpy.types.NodesModifier, name: str) -> str:
     """Path of an input from its object, for keys and drivers."""
-    path = sockets.data_path(modifier, name)
-    start = f'modifiers["{bpy.utils.escape_identifier(modifier.name)}"]'
+    path, start = sockets.data_path(modifier, name), animation_paths.of_modifier(modifier)
     return f"{start}{path}" if path.startswith("[") else f"{start}.{path}"
 
 
@@ -53,10 +51,8 @@ def is_own(curve: bpy.types.FCurve) -> bool:
 def keys_of(obj: bpy.types.Object, path: str) -> bpy.types.FCurve | None:
     """The curve of keys at this path in the object's action."""
     data = obj.animation_data
-    if data is None or data.action is None:
-        return None
-    bag = anim_utils.action_get_channelbag_for_slot(data.action, data.action_slot)
-    return None if bag is None else bag.fcurves.find(path)
+    found = () if data is None else animated.curves(data.action, data.action_slot)
+    return next((curve for curve in found if curve.data_path == path), None)
 
 
 def put(

@@ -84,7 +84,7 @@ def walk(
     Raises Problem where Blender evaluates one of the objects not at all, as one that is hidden.
     """
     scene, view_layer = context.scene, context.view_layer
-    with _frame_kept(scene), device.steady(), _as_rendered(chosen, scene, view_layer):
+    with frame_kept(scene), device.steady(), _as_rendered(chosen, scene, view_layer):
         shown = anchor or when[0]
         _anchor([target.obj for target in chosen], scene, shown)
         for moment in when:
@@ -133,7 +133,8 @@ def _anchor(objects: list[bpy.types.Object], scene: bpy.types.Scene, moment: Mom
 
 
 @contextmanager
-def _frame_kept(scene: bpy.types.Scene) -> Iterator[None]:
+def frame_kept(scene: bpy.types.Scene) -> Iterator[None]:
+    """Shows the frame and its fraction again that the scene stood at."""
     frame, subframe = scene.frame_current, scene.frame_subframe
     try:
         yield

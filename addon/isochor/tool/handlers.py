@@ -8,7 +8,7 @@ handlers again.
 import bpy
 from bpy.app.handlers import persistent
 
-from . import node_group, rest, stack, state
+from . import mixed_up, node_group, rest, stack, state
 
 
 @persistent
@@ -25,9 +25,16 @@ def depsgraph_updated(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -
 
 
 @persistent
+def data_about_to_be_replaced(*_arguments: object) -> None:
+    """An undo or redo comes."""
+    mixed_up.note()
+
+
+@persistent
 def data_replaced(*_arguments: object) -> None:
     """An undo or redo: what is remembered belongs to data that is gone."""
     state.clear()
+    mixed_up.put_right()
 
 
 @persistent
@@ -40,6 +47,7 @@ def file_about_to_be_saved(*_arguments: object) -> None:
 def file_loaded(*_arguments: object) -> None:
     """Another file: forget the old one, make its node groups fit this Blender, and have its objects computed with the
     first update, since the library of a linked one may have changed."""
+    mixed_up.forget()
     node_group.rebuild_foreign()
     if node_group.all_groups():
         # Blender would not tell of tags that it meets in its first evaluation of a file.
@@ -57,6 +65,8 @@ def recompute() -> None:
 HANDLERS = (
     ("frame_change_post", frame_changed),
     ("depsgraph_update_post", depsgraph_updated),
+    ("undo_pre", data_about_to_be_replaced),
+    ("redo_pre", data_about_to_be_replaced),
     ("undo_post", data_replaced),
     ("redo_post", data_replaced),
     ("load_post", file_loaded),

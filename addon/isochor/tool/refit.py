@@ -8,7 +8,7 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ..core import problem
-from . import adding, animated, bound, control, evaluated, rest, results, sockets, state
+from . import adding, animated, baked, baked_lattice, bound, control, evaluated, rest, results, sockets, state
 
 Array = NDArray[np.float64]
 User = tuple[bpy.types.Object, bpy.types.NodesModifier]
@@ -19,17 +19,16 @@ ROUNDING = 1e-4
 """Part of the lattice's size by which Blender may miss the place that it is told to put it."""
 
 
-def lattice_of(_obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> bpy.types.Object | None:
-    """The lattice object of a modifier, or None where there is none."""
-    lattice = sockets.read(modifier, sockets.LATTICE)
-    return lattice if lattice is not None and lattice.type == "LATTICE" else None
-
-
 def refuse(lattice: bpy.types.Object, users: list[User]) -> None:
     """Raises ``Problem`` where the lattice cannot be moved, or the volume of a user not be measured again."""
     for obj in (lattice, *(user for user, _ in users)):
         if not obj.is_editable:
             raise problem.Problem(problem.foreign(obj.name))
+    if baked_lattice.is_baked(lattice):
+        raise problem.Problem(problem.simulated(lattice.name))
+    for user, _modifier in users:
+        if baked.is_playing(user):
+            raise problem.Problem(problem.plays_bake(user.name))
     bound_ones = [user.name for user, modifier in users if bound.bound_with(results.of(modifier, "VIEWPORT"))]
     if bound_ones:
         raise problem.Problem(problem.bound_to(lattice.name, bound_ones))

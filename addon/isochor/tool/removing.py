@@ -4,23 +4,22 @@
 import bpy
 
 from ..core import problem
-from . import adding, animation_paths, baked_lattice, node_group, results, sockets, stack
+from . import adding, animation_paths, baked, baked_lattice, lattices, node_group, results, speed, stack
 
 
 def remove(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
-    """Removes the modifier with its keys and drivers, its result meshes, the lattice that isochor.add made for it if
-    nothing else uses it, and the node group with its last user."""
-    lattice = sockets.read(modifier, sockets.LATTICE)
+    """Removes the modifier with its keys and drivers, its result meshes, a bake that plays in its place, the lattice
+    that isochor.add made for it if nothing else uses it, and the node group with its last user."""
+    if baked.is_playing(obj):
+        baked.switch_back(obj)
+    lattice = lattices.of(modifier)
     results.remove(modifier)
     animation_paths.remove(obj, [animation_paths.of_modifier(modifier)])
     obj.modifiers.remove(modifier)
-    if lattice is not None and adding.MADE_BY_ADD in lattice and lattice.library is None and not is_used(lattice):
-        if baked_lattice.is_baked(lattice):
-            baked_lattice.remove(baked_lattice.free(lattice))
-        data = lattice.data
-        bpy.data.objects.remove(lattice)
-        if data is not None and data.users == 0:
-            bpy.data.lattices.remove(data)
+    if not stack.ours(obj):
+        speed.forget(obj)
+    if lattice is not None and adding.MADE_BY_ADD in lattice and lattice.library is None:
+        _remove_unused(lattice)
     if not stack.users(node_group.all_groups()):
         for group in node_group.all_groups():
             if group.users == 0 and group.library is None:
@@ -36,7 +35,12 @@ def refusal(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> str:
     return ""
 
 
-def is_used(lattice: bpy.types.Object) -> bool:
-    """Whether anything but the collections that show it refers to the object."""
-    users = bpy.data.user_map(subset=[lattice])[lattice]
-    return any(not isinstance(user, (bpy.types.Collection, bpy.types.Scene)) and user != lattice for user in users)
+def _remove_unused(lattice: bpy.types.Object) -> None:
+    if lattices.is_used(lattice):
+        return
+    if baked_lattice.is_baked(lattice):
+        baked_lattice.remove(baked_lattice.free(lattice))
+    data = lattice.data
+    bpy.data.objects.remove(lattice)
+    if data is not None and data.users == 0:
+        bpy.data.lattices.remove(data)

@@ -22,8 +22,13 @@ INPUT_OF_MODE = {"VIEWPORT": sockets.VIEWPORT_RESULT, "RENDER": sockets.RENDER_R
 
 
 def of(modifier: bpy.types.NodesModifier, mode: str) -> bpy.types.Object | None:
-    """The result object of an original (not evaluated) modifier in this mode."""
-    return sockets.read(modifier, INPUT_OF_MODE[mode])
+    """The result object of an original (not evaluated) modifier in this mode.
+
+    Never the deformed object itself, into whose mesh nothing may be written: Blender can mix up the two in an undo, as
+    the module ``mixed_up`` tells.
+    """
+    result: bpy.types.Object | None = sockets.read(modifier, INPUT_OF_MODE[mode])
+    return None if result == modifier.id_data else result
 
 
 def ensure_own() -> None:

@@ -13,7 +13,7 @@ import isochor
 from ..core import grid, problem, simulation
 from ..core.report import Report
 from ..core.settings import Settings
-from . import evaluated, node_group, sockets, stack, state
+from . import evaluated, lattices, state
 
 Array = NDArray[np.float64]
 Plane = tuple[Array, Array]
@@ -120,13 +120,15 @@ def body_of(
     rest, settings, skins = None, Settings(), []
     for obj, modifier in users:
         memory = state.recall(obj, modifier)
-        asked = None if memory is None else memory.solver.answered
-        if memory is None or asked is None:
+        asked = None if memory is None else memory.asked
+        if memory is None or asked is None or memory.report.binding is None:
             continue
+        if asked.bound is not None and asked.bound.is_shaped:
+            raise problem.Problem(problem.rest_shaped(lattice.name, obj.name))
         if rest is None:
-            rest = replace(asked.grid, to_object=evaluated.matrix(obj) @ asked.grid.to_object)
+            rest = replace(asked.embedding_grid, to_object=evaluated.matrix(obj) @ asked.embedding_grid.to_object)
             settings = asked.settings
-        if asked.grid.basis == rest.basis:
+        if asked.embedding_grid.basis == rest.basis:
             skins.append(simulation.skin_of(asked, rest, volume_factor(memory.report)))
     if rest is None or not skins:
         names = ", ".join(obj.name for obj, _modifier in users)
@@ -157,17 +159,10 @@ def pinned_points(lattice: bpy.types.Object, group_name: str) -> NDArray[np.bool
     return np.ascontiguousarray(simulation.weights_in_order(weights, shape) >= PINNED_FROM)
 
 
-def lattices_of(chosen: Users) -> list[bpy.types.Object]:
-    """The lattices that shape these modifiers, each once."""
-    found = (sockets.read(modifier, sockets.LATTICE) for _obj, modifier in chosen)
-    return list(dict.fromkeys(lattice for lattice in found if lattice is not None and lattice.type == "LATTICE"))
-
-
 def users_in(context: bpy.types.Context, lattice: bpy.types.Object) -> Users:
     """The modifiers of this view layer that the lattice shapes."""
-    objects = [obj for obj in stack.users(node_group.all_groups()) if obj.name in context.view_layer.objects]
-    pairs = [(obj, modifier) for obj in objects for modifier in stack.ours(obj)]
-    return [(obj, modifier) for obj, modifier in pairs if sockets.read(modifier, sockets.LATTICE) == lattice]
+    shown = context.view_layer.objects
+    return [(obj, modifier) for obj, modifier in lattices.users_of(lattice) if obj.name in shown]
 
 
 def level_ground(height: float) -> Plane:

@@ -7,7 +7,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import drivers
+from . import animation_paths, lattices, linear_curve
+from .frames import frame_kept
 
 PROPERTY = "isochor_speed"
 PATH = f'["{PROPERTY}"]'
@@ -19,19 +20,18 @@ def sampled(context: bpy.types.Context, start: int, end: int, samples: list[Samp
     """What each of ``samples`` gives at every frame from ``start`` to ``end``, inclusive, stacked by frame. The scene
     comes back to the frame at which it stood."""
     scene = context.scene
-    before = (scene.frame_current, scene.frame_subframe)
     found: list[list[NDArray[np.float64]]] = [[] for _ in samples]
     manager = context.window_manager
     manager.progress_begin(start, end + 1)
     try:
-        for frame in range(start, end + 1):
-            scene.frame_set(frame)
-            depsgraph = context.evaluated_depsgraph_get()
-            for rows, sample in zip(found, samples, strict=True):
-                rows.append(sample(depsgraph))
-            manager.progress_update(frame)
+        with frame_kept(scene):
+            for frame in range(start, end + 1):
+                scene.frame_set(frame)
+                depsgraph = context.evaluated_depsgraph_get()
+                for rows, sample in zip(found, samples, strict=True):
+                    rows.append(sample(depsgraph))
+                manager.progress_update(frame)
     finally:
-        scene.frame_set(before[0], subframe=before[1])
         manager.progress_end()
     return [np.array(rows) for rows in found]
 
@@ -47,15 +47,19 @@ def keep(obj: bpy.types.Object, start: int, speeds: NDArray[np.float64]) -> None
     if PROPERTY not in obj:
         obj[PROPERTY] = 0.0
     obj.id_properties_ui(PROPERTY).update(min=0.0, description="World units a second, sampled by Squash from Speed")
-    obj.keyframe_insert(PATH, frame=start)
-    curve = drivers.keys_of(obj, PATH)
-    if curve is None:
-        raise RuntimeError(f"Blender made no curve of keys for {PATH} of {obj.name!r}")
-    curve.keyframe_points.clear()
-    curve.keyframe_points.add(len(speeds))
-    frames = np.arange(start, start + len(speeds), dtype=np.float64)
-    curve.keyframe_points.foreach_set("co", np.column_stack([frames, speeds]).astype(np.float32).reshape(-1))
-    for point in curve.keyframe_points:
-        point.interpolation = "LINEAR"
-    curve.update()
+    linear_curve.add(obj, PATH, [float(frame) for frame in range(start, start + len(speeds))], speeds.tolist())
     obj.update_tag()
+
+
+def forget(obj: bpy.types.Object) -> None:
+    """Takes the property with its keys away, unless another driver may read it."""
+    if PROPERTY not in obj or lattices.is_used(obj) or _is_read_by_itself(obj):
+        return
+    animation_paths.remove(obj, [PATH])
+    del obj[PROPERTY]
+
+
+def _is_read_by_itself(obj: bpy.types.Object) -> bool:
+    curves = [] if obj.animation_data is None else obj.animation_data.drivers
+    variables = [variable for curve in curves for variable in curve.driver.variables]
+    return any(target.data_path == PATH for variable in variables for target in variable.targets)

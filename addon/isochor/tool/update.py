@@ -34,6 +34,8 @@ class Memory:
     edited: bool = False
     edited_stamp: tuple[int, int, float] | None = None
     written: Outcome | None = None
+    asked: Request | None = None
+    """Of the frame evaluated last; None where what was wrong left nothing to ask."""
     anchored: bool = False
     anchor: NDArray[np.float64] | None = None
     report: Report = field(default_factory=Report)
@@ -109,7 +111,7 @@ def _update_modifier(
     job: Job, memory: Memory, modifiers: list[bpy.types.Modifier], fresh: Vertices | None
 ) -> Vertices | None:
     """Computes and writes one modifier; the vertices that leave it, or None where they cannot be known."""
-    entered = None
+    entered = memory.asked = None
     problems: list[str] = []
     result = results.of(job.modifier, job.mode)
     try:
@@ -120,7 +122,8 @@ def _update_modifier(
         memory.bound.look_at(result)
         request, problems = _request(job, memory, modifiers, entered, settings)
         problems += _edited(job, memory, result, settings)
-        outcome = memory.solver.solve(_with_rest_volume(job, memory, request, result))
+        memory.asked = _with_rest_volume(job, memory, request, result)
+        outcome = memory.solver.solve(memory.asked)
     except problem.Problem as trouble:
         outcome = Outcome(None, Report(problems=(trouble.sentence,)))
     memory.report = outcome.report

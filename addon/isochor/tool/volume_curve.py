@@ -6,10 +6,12 @@ from collections.abc import Generator, Sequence
 import bpy
 
 from ..core import problem
+from ..core.solver import target_volume
 from ..core.volume import measures
 from ..core.volume_curve import UNKNOWN, Sample, VolumeCurve
 from ..core.words import Sentence, together
 from . import results, stack, state
+from .frames import frame_kept
 
 KEY = "isochor_volume_curve"
 """Custom property of a modifier's viewport result object: what ``VolumeCurve.mapping`` gives, by name."""
@@ -57,8 +59,7 @@ def measure(
     The scene is shown as before when the generator ends or is closed. Raises Problem where an object is not evaluated
     in this view layer, or no frame of it can be measured."""
     samples: list[list[Sample]] = [[] for _pair in pairs]
-    before = scene.frame_current, scene.frame_subframe
-    try:
+    with frame_kept(scene):
         for done, frame in enumerate(frames, 1):
             scene.frame_set(frame)
             for (obj, modifier), row in zip(pairs, samples, strict=True):
@@ -68,8 +69,6 @@ def measure(
         curves = [VolumeCurve.of(row) for row in samples]
         for (obj, modifier), curve in zip(pairs, curves, strict=True):
             _require_known(obj, modifier, curve)
-    finally:
-        scene.frame_set(before[0], subframe=before[1])
     return curves
 
 
@@ -81,10 +80,13 @@ def volumes(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> tuple[f
     if memory is None or memory.written is None:
         return UNKNOWN
     report, left, triangles = memory.report, memory.written.vertices, memory.faces.triangles
-    target = memory.solver.bound_target()
-    if target is None or left is None or triangles is None or report.binding is None or report.asked is None:
+    binding = report.embedded
+    if left is None or triangles is None or binding is None or memory.asked is None:
         return UNKNOWN
-    before = report.binding.deform(report.asked)
+    target = target_volume(binding, memory.asked)
+    if target is None:
+        return UNKNOWN
+    before = binding.deform(memory.asked.control)
     return target, measures(before, triangles).volume, measures(left, triangles).volume
 
 

@@ -23,7 +23,7 @@ class VIEW3D_PT_isochor_bake(bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         obj = active_object(context)
-        if obj is not None and baked.KEY in obj:
+        if obj is not None and baked.is_playing(obj):
             draw_playing(layout, baked.stand_in(obj))
         row = layout.row(align=True)
         row.operator(ISOCHOR_OT_bake.bl_idname, text="Bake", icon="FILE_CACHE")

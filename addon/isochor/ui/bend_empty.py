@@ -6,7 +6,7 @@ import numpy as np
 
 from ..core.settings import AXES
 from ..core.shaping import PLACE_OF_PIVOT, cyclic
-from ..tool import drivers, lattice_frame, sockets
+from ..tool import adding, drivers, lattice_frame, sockets
 from ..tool.drivers import Variable
 from ..tool.lattice_frame import LatticeFrame
 from .driving import Driving, Pairs, Refused, beside, no_lattice, refuse_taken, search_objects, target
@@ -93,7 +93,7 @@ def new_empty(
     empty = bpy.data.objects.new(f"{obj.name} Bend", None)
     empty.empty_display_type = "SPHERE"
     empty.empty_display_size = float(0.1 * np.mean(frame.lengths))
-    context.view_layer.active_layer_collection.collection.objects.link(empty)
+    adding.open_collection(context, lattice).objects.link(empty)
     empty.parent = lattice
     empty.matrix_parent_inverse = lattice.matrix_world.inverted()
     empty.location = frame.end(along, 0.0 if sockets.read(modifier, "Pivot") == "Top" else 1.0)

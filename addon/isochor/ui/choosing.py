@@ -3,7 +3,8 @@
 
 import bpy
 
-from ..tool import node_group, sockets, stack
+from ..tool import stack
+from ..tool.lattices import of_all, users_of
 
 
 def active_object(context: bpy.types.Context) -> bpy.types.Object | None:
@@ -36,18 +37,9 @@ def chosen_modifiers(context: bpy.types.Context) -> list[tuple[bpy.types.Object,
     return list(found.values())
 
 
-def users_of(lattice: bpy.types.Object) -> list[tuple[bpy.types.Object, bpy.types.NodesModifier]]:
-    """Every object with a modifier that this lattice shapes, in order of name."""
-    users = stack.users(node_group.all_groups())
-    pairs = [(obj, modifier) for obj in users for modifier in stack.ours(obj)]
-    return [(obj, modifier) for obj, modifier in pairs if sockets.read(modifier, sockets.LATTICE) == lattice]
-
-
 def chosen_lattices(context: bpy.types.Context) -> list[bpy.types.Object]:
     """Every active or selected lattice, and those that shape an active or selected mesh, each once."""
     active = active_object(context)
     chosen = [active, *(obj for obj in context.view_layer.objects.selected if obj != active)]
     lattices = [obj for obj in chosen if obj is not None and obj.type == "LATTICE"]
-    shaping = [sockets.read(modifier, sockets.LATTICE) for _obj, modifier in chosen_modifiers(context)]
-    lattices += [lattice for lattice in shaping if lattice is not None and lattice.type == "LATTICE"]
-    return list(dict.fromkeys(lattices))
+    return list(dict.fromkeys([*lattices, *of_all(chosen_modifiers(context))]))

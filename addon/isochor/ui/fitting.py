@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from ..core import problem
 from ..core.elevation import elevated
 from ..core.fit import axes_of, box_matrix
-from ..tool import control, refit, words
+from ..tool import control, lattices, refit, words
 from .adding import FIT_ITEMS, fitted_axes
-from .choosing import chosen_modifiers, users_of
+from .choosing import chosen_modifiers
 
 KEEP = ("KEEP", "As It Stands", "Along the axes that the lattice has")
 
@@ -51,13 +51,13 @@ class ISOCHOR_OT_fit_lattice(bpy.types.Operator):
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        lattices = list(dict.fromkeys(refit.lattice_of(*pair) for pair in chosen_modifiers(context)))
+        named = list(dict.fromkeys(lattices.of(modifier) for _obj, modifier in chosen_modifiers(context)))
         places = []
         try:
-            if None in lattices:
+            if None in named:
                 raise problem.Problem(problem.NO_LATTICE)
-            for lattice in lattices:
-                users = users_of(lattice)
+            for lattice in named:
+                users = lattices.users_of(lattice)
                 refit.refuse(lattice, users)
                 refit.refuse_resolution(lattice, users, self._shape(lattice))
                 places.append((lattice, users, self._matrix(lattice, users, context)))

@@ -2,7 +2,6 @@
 """The operator isochor.measure_volume."""
 
 from collections.abc import Generator
-from time import perf_counter
 
 import bpy
 
@@ -12,15 +11,14 @@ from ..core.volume_curve import VolumeCurve, farthest
 from ..core.words import Sentence, named
 from ..tool import volume_curve, words
 from .choosing import chosen_modifiers
-
-PATIENCE = 0.1
-"""Seconds of measuring between two looks at whether Esc was pressed."""
+from .stepping import Stepping
 
 
-class ISOCHOR_OT_measure_volume(bpy.types.Operator):
+class ISOCHOR_OT_measure_volume(Stepping, bpy.types.Operator):
     """Measure the volume over a range of frames, as the lattice alone deforms the mesh and as corrected, and draw it
     as a curve in the sidebar. Esc breaks it off"""
 
+    _broken_off = "Broken off: nothing was kept"
     bl_idname = "isochor.measure_volume"
     bl_label = "Measure Volume"
     bl_options = {"REGISTER", "UNDO"}
@@ -48,52 +46,29 @@ class ISOCHOR_OT_measure_volume(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         try:
-            self._begin(context)
-            while True:
-                next(self._measuring)
-        except StopIteration as end:
-            return self._keep(end.value)
+            return self.run(context, self._measuring(context))
         except Problem as trouble:
-            return self._refuse(trouble)
+            self.report({"ERROR"}, words.reported(trouble.sentence))
+            return {"CANCELLED"}
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        if bpy.app.background or context.window is None:
-            return self.execute(context)
-        try:
-            self._begin(context)
-        except Problem as trouble:
-            return self._refuse(trouble)
-        manager = context.window_manager
-        self._timer = manager.event_timer_add(0.001, window=context.window)
-        manager.progress_begin(0, len(self._frames))
-        context.workspace.status_text_set(words.shown("Measuring the volume. Esc: break off"))
-        manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        self._with_progress = not bpy.app.background
+        return self.execute(context)
 
-    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        if event.type == "ESC" and event.value == "PRESS":
-            self.cancel(context)
-            self.report({"INFO"}, "Broken off: nothing was kept")
-            return {"CANCELLED"}
-        if event.type != "TIMER":
-            return {"RUNNING_MODAL"}
-        try:
-            self._advance(context)
-        except StopIteration as end:
-            self._end_modal(context)
-            return self._keep(end.value)
-        except Problem as trouble:
-            self._end_modal(context)
-            return self._refuse(trouble)
-        return {"RUNNING_MODAL"}
+    def how_far(self, step: int) -> tuple[float, str]:
+        """From the number of frames that are measured."""
+        text = Sentence("Measuring the volume: frame {frame}. Esc: break off", frame=self._frames[step - 1])
+        return step / len(self._frames), text
 
-    def cancel(self, context: bpy.types.Context) -> None:
-        """Shows the frame as before; also where Blender ends the operator, as with its window."""
-        self._measuring.close()
-        self._end_modal(context)
+    def finished(self, found: list[VolumeCurve]) -> set[str]:
+        """Keeps the curves, and says the worst of each."""
+        for (obj, modifier), curve in zip(self._pairs, found, strict=True):
+            volume_curve.keep(modifier, curve)
+            self.report({"INFO"}, words.reported(named(obj.name, summary(curve))))
+        return {"FINISHED"}
 
-    def _begin(self, context: bpy.types.Context) -> None:
-        """Gets ready to measure; raises Problem where that cannot be."""
+    def _measuring(self, context: bpy.types.Context) -> Generator[int, None, list[VolumeCurve]]:
+        """The work to do; raises Problem where it cannot be done at all."""
         scene, given = context.scene, self.properties.is_property_set
         if not given("frame_start"):
             self.frame_start = scene.frame_start
@@ -104,33 +79,7 @@ class ISOCHOR_OT_measure_volume(bpy.types.Operator):
         self._pairs = chosen_modifiers(context)
         self._frames = range(self.frame_start, self.frame_end + 1, self.step)
         volume_curve.require_measurable(self._pairs)
-        self._measuring: Generator[int, None, list[VolumeCurve]] = volume_curve.measure(
-            scene, context.view_layer, self._pairs, self._frames
-        )
-
-    def _advance(self, context: bpy.types.Context) -> None:
-        until = perf_counter() + PATIENCE
-        done = next(self._measuring)
-        while perf_counter() < until:
-            done = next(self._measuring)
-        context.window_manager.progress_update(done)
-        text = Sentence("Measuring the volume: frame {frame}. Esc: break off", frame=self._frames[done - 1])
-        context.workspace.status_text_set(words.shown(text))
-
-    def _end_modal(self, context: bpy.types.Context) -> None:
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        context.workspace.status_text_set(None)
-
-    def _keep(self, curves: list[VolumeCurve]) -> set[str]:
-        for (obj, modifier), curve in zip(self._pairs, curves, strict=True):
-            volume_curve.keep(modifier, curve)
-            self.report({"INFO"}, words.reported(named(obj.name, summary(curve))))
-        return {"FINISHED"}
-
-    def _refuse(self, trouble: Problem) -> set[str]:
-        self.report({"ERROR"}, words.reported(trouble.sentence))
-        return {"CANCELLED"}
+        return volume_curve.measure(scene, context.view_layer, self._pairs, self._frames)
 
 
 def summary(curve: VolumeCurve) -> str:

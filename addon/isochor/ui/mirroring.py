@@ -6,7 +6,7 @@ import numpy as np
 
 from ..core import problem
 from ..core.mirror import mirrored
-from ..tool import control, words
+from ..tool import baked_lattice, control, words
 from .choosing import chosen_lattices
 
 AXES = (
@@ -66,6 +66,8 @@ class ISOCHOR_OT_mirror_lattice(bpy.types.Operator):
     def _refuse(self, lattice: bpy.types.Object) -> None:
         """Raises ``Problem`` where this lattice cannot be mirrored."""
         control.refuse_if_locked(lattice)
+        if baked_lattice.is_baked(lattice):
+            raise problem.Problem(problem.simulated(lattice.name))
         if control.shape(lattice)["XYZ".index(self.axis)] == 1:
             raise problem.Problem(problem.no_sides(lattice.name, self.axis))
         if self._only_selected(lattice) and not np.any(control.selected(lattice)):

@@ -5,7 +5,6 @@ import bpy
 
 from ..core.words import Sentence
 from ..tool import words
-from .choosing import chosen_modifiers
 from .simulating import ISOCHOR_OT_free_simulation, ISOCHOR_OT_simulate, simulated_lattices
 
 
@@ -20,10 +19,6 @@ class VIEW3D_PT_isochor_physics(bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
     bl_order = 12
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return bool(chosen_modifiers(context))
-
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         for lattice in simulated_lattices(context):
@@ -31,7 +26,7 @@ class VIEW3D_PT_isochor_physics(bpy.types.Panel):
             text = Sentence("{name}: {count} frames", name=lattice.name, count=frames)
             layout.label(text=words.shown(text), translate=False, icon="PHYSICS")
         column = layout.column(align=True)
-        column.operator(ISOCHOR_OT_simulate.bl_idname, icon="PLAY")
+        column.operator(ISOCHOR_OT_simulate.bl_idname, icon="PHYSICS")
         column.operator(ISOCHOR_OT_free_simulation.bl_idname, icon="LOOP_BACK")
 
 

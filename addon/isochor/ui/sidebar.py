@@ -8,8 +8,9 @@ import bpy
 from ..core import problem
 from ..core.report import Report
 from ..tool import baked, sockets, stack, state, words
+from ..tool.lattices import users_of
 from .adding import ISOCHOR_OT_add
-from .choosing import active_object, users_of
+from .choosing import active_object
 from .fitting import ISOCHOR_OT_fit_lattice
 from .mirroring import ISOCHOR_OT_mirror_lattice
 from .removing import ISOCHOR_OT_remove
@@ -76,7 +77,7 @@ def draw_modifier(
         draw_text(layout, text, "INFO", width)
     memory = state.recall(obj, modifier)
     if memory is None:
-        layout.label(text="Baked: not computed" if baked.KEY in obj else "Not computed yet")
+        layout.label(text="Baked: not computed" if baked.is_playing(obj) else "Not computed yet")
         return
     for text in memory.report.problems:
         draw_text(layout, text, "ERROR", width)

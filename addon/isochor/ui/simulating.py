@@ -2,26 +2,25 @@
 """The operators isochor.simulate and isochor.free_simulation."""
 
 from collections.abc import Generator, Iterator
-from time import perf_counter
 
 import bpy
 
 import isochor
 
 from ..core import problem
-from ..tool import baked_lattice, simulation, words
-from .choosing import active_object, chosen_modifiers
+from ..tool import baked, baked_lattice, simulation, words
+from ..tool.frames import frame_kept
+from ..tool.lattices import of_all, users_of
+from .choosing import active_object, chosen_lattices, chosen_modifiers
 from .simulation_settings import SimulationSettings
-
-Work = Generator[float, None, set[str]]
-TURN = 0.05
-"""Seconds of work between two looks at the keyboard."""
+from .stepping import Stepping
 
 
-class ISOCHOR_OT_simulate(SimulationSettings, bpy.types.Operator):
+class ISOCHOR_OT_simulate(SimulationSettings, Stepping, bpy.types.Operator):
     """Let the lattice fall, bounce and wobble as jelly over the frame range, kept as shape keys of the lattice.
     The lattice's own points and keys are kept and come back with Free Simulation"""
 
+    _broken_off = "Broken off: nothing was kept"
     bl_idname = "isochor.simulate"
     bl_label = "Simulate Jelly"
     bl_options = {"REGISTER", "UNDO"}
@@ -39,87 +38,41 @@ class ISOCHOR_OT_simulate(SimulationSettings, bpy.types.Operator):
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Simulates beside the interface, so that it shows how far it is and Esc ends it."""
-        if bpy.app.background or context.window is None:
-            return self.execute(context)
-        work = self._prepared(context)
-        if work is None:
-            return {"CANCELLED"}
-        self._work, self._manager = work, context.window_manager
-        self._manager.progress_begin(0.0, 1.0)
-        self._timer = self._manager.event_timer_add(0.01, window=context.window)
-        context.workspace.status_text_set(words.shown("Simulating. Esc: cancel, nothing is changed"))
-        self._manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
-
-    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """A little at every tick of the clock."""
-        if event.type == "ESC":
-            self._work.close()
-            return self._ended(context, {"CANCELLED"})
-        if event.type != "TIMER":
-            return {"RUNNING_MODAL"}
-        until = perf_counter() + TURN
-        try:
-            while perf_counter() < until:
-                self._manager.progress_update(next(self._work))
-        except StopIteration as done:
-            return self._ended(context, done.value)
-        return {"RUNNING_MODAL"}
-
-    def cancel(self, context: bpy.types.Context) -> None:
-        """Blender is closing or loading another file."""
-        self._work.close()
-        self._ended(context, {"CANCELLED"})
+        self._with_progress = not bpy.app.background
+        return self.execute(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        work = self._prepared(context)
-        if work is None:
-            return {"CANCELLED"}
-        while True:
-            try:
-                next(work)
-            except StopIteration as done:
-                return done.value
-
-    def _ended(self, context: bpy.types.Context, outcome: set[str]) -> set[str]:
-        self._manager.event_timer_remove(self._timer)
-        self._manager.progress_end()
-        context.workspace.status_text_set(None)
-        return outcome
-
-    def _prepared(self, context: bpy.types.Context) -> Work | None:
-        """The work to do, or None where something is wrong, which then has been said."""
-        lattices = simulation.lattices_of(chosen_modifiers(context))
+        lattices = of_all(chosen_modifiers(context))
         self.fill_in(context, lattices)
         try:
             refuse(lattices, self.frame_start, self.frame_end)
-            return self._simulated(context, lattices)
         except problem.Problem as trouble:
             self.report({"ERROR"}, words.reported(trouble.sentence))
-            return None
-
-    def _simulated(self, context: bpy.types.Context, lattices: list[bpy.types.Object]) -> Work:
-        """Simulates all, then bakes all: a cancelled or failed one changes nothing. Ends with the outcome."""
-        frame, subframe = context.scene.frame_current, context.scene.frame_subframe
-        freed = {lattice: baked_lattice.free(lattice) for lattice in lattices if baked_lattice.is_baked(lattice)}
-        found = {lattice: simulation.Shapes(0, []) for lattice in lattices}
-        try:
-            for number, lattice in enumerate(lattices):
-                for share in self._one(context, lattice, found[lattice]):
-                    yield (number + share) / len(lattices)
-            for lattice in lattices:
-                if lattice in freed:
-                    baked_lattice.remove(freed.pop(lattice))
-                baked_lattice.bake(lattice, found[lattice].first, found[lattice].points, self.as_kept())
-        except (problem.Problem, isochor.Error) as trouble:
-            text = trouble.sentence if isinstance(trouble, problem.Problem) else problem.sentence(trouble)
-            self.report({"ERROR"}, words.reported(text))
             return {"CANCELLED"}
-        finally:
-            for lattice, baked in freed.items():
-                baked_lattice.put_back(lattice, baked)
-            context.scene.frame_set(frame, subframe=subframe)
-        return {"FINISHED"}
+        return self.run(context, self._simulated(context, lattices))
+
+    def how_far(self, step: float) -> tuple[float, str]:
+        """The share that is done."""
+        return step, "Simulating. Esc: cancel, nothing is changed"
+
+    def _simulated(self, context: bpy.types.Context, lattices: list[bpy.types.Object]) -> Generator[float]:
+        """Simulates all, then bakes all: a cancelled or failed one changes nothing."""
+        with frame_kept(context.scene):
+            freed = {lattice: baked_lattice.free(lattice) for lattice in lattices if baked_lattice.is_baked(lattice)}
+            found = {lattice: simulation.Shapes(0, []) for lattice in lattices}
+            try:
+                for number, lattice in enumerate(lattices):
+                    for share in self._one(context, lattice, found[lattice]):
+                        yield (number + share) / len(lattices)
+                for lattice in lattices:
+                    if lattice in freed:
+                        baked_lattice.remove(freed.pop(lattice))
+                    baked_lattice.bake(lattice, found[lattice].first, found[lattice].points, self.as_kept())
+            except isochor.Error as error:
+                raise problem.Problem(problem.sentence(error)) from error
+            finally:
+                for lattice, before in freed.items():
+                    baked_lattice.put_back(lattice, before)
 
     def _one(self, context: bpy.types.Context, lattice: bpy.types.Object, shapes: simulation.Shapes) -> Iterator[float]:
         context.scene.frame_set(self.frame_start)
@@ -159,7 +112,7 @@ class ISOCHOR_OT_free_simulation(bpy.types.Operator):
 
 def simulated_lattices(context: bpy.types.Context) -> list[bpy.types.Object]:
     """The lattices meant that show a simulation."""
-    return [lattice for lattice in simulation.lattices_of(chosen_modifiers(context)) if baked_lattice.is_baked(lattice)]
+    return [lattice for lattice in chosen_lattices(context) if baked_lattice.is_baked(lattice)]
 
 
 def refuse(lattices: list[bpy.types.Object], start: int, end: int) -> None:
@@ -172,6 +125,10 @@ def refuse(lattices: list[bpy.types.Object], start: int, end: int) -> None:
     editing = [lattice.name for lattice in lattices if lattice.mode != "OBJECT"]
     if editing:
         raise problem.Problem(problem.in_edit_mode(editing))
+    for lattice in lattices:
+        playing = [obj.name for obj, _modifier in users_of(lattice) if baked.is_playing(obj)]
+        if playing:
+            raise problem.Problem(problem.plays_bake(playing[0]))
     if end <= start:
         raise problem.Problem(problem.no_frames(start, end))
 

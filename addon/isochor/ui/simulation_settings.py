@@ -8,6 +8,7 @@ import bpy
 from ..core import problem
 from ..core.simulation import Options
 from ..tool import baked_lattice, simulation
+from ..tool.lattices import of_all
 from .choosing import chosen_modifiers
 
 GROUNDS = ("MESH", "EMPTY", "CURVE", "SURFACE", "FONT", "META")
@@ -20,7 +21,7 @@ def object_names(_owner: object, context: bpy.types.Context, typed: str) -> list
 
 def group_names(_owner: object, context: bpy.types.Context, typed: str) -> list[str]:
     """Names of the vertex groups of the lattices meant."""
-    lattices = simulation.lattices_of(chosen_modifiers(context))
+    lattices = of_all(chosen_modifiers(context))
     return [
         group.name for lattice in lattices for group in lattice.vertex_groups if typed.lower() in group.name.lower()
     ]

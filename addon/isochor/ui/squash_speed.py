@@ -113,7 +113,11 @@ def sample(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> speed.Sa
 
 
 def refuse_unkeyable(obj: bpy.types.Object) -> None:
-    """Raises Refused where the object's keys belong to another file, or its speed is driven."""
+    """Raises Refused where the object's keys belong to another file, it cannot keep its speed, or that is driven."""
+    if obj.override_library is not None:
+        raise Refused(
+            Sentence("“{name}” is a library override, which cannot keep its speed: make it local first", name=obj.name)
+        )
     action = obj.animation_data.action if obj.animation_data is not None else None
     if action is not None and not action.is_editable:
         raise Refused(
