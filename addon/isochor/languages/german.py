@@ -433,7 +433,6 @@ TEXTS = {
     "To Image": "Als Bild",
     "Volume Curve to Image": "Volumenkurve als Bild",
     "Make an image of the measured volume curve, to be opened in an Image Editor and saved from there": "Macht aus der gemessenen Volumenkurve ein Bild, das sich im Bildeditor öffnen und von dort speichern lässt",
-    "Measuring the volume. Esc: break off": "Das Volumen wird gemessen. Esc: abbrechen",
     "Measuring the volume: frame {frame}. Esc: break off": "Das Volumen wird gemessen: Bild {frame}. Esc: abbrechen",
     "lattice alone {plain} %, corrected {kept} %": "Gitter allein {plain} %, korrigiert {kept} %",
     "{first} to {last}": "{first} bis {last}",
@@ -446,5 +445,8 @@ TEXTS = {
     "it encloses none.": "es schließt keines ein.",
     "The image “{name}” can be opened in an Image Editor": "Das Bild „{name}“ lässt sich in einem Bildeditor öffnen",
     "Blender draws {count} of the quads cut along the other diagonal, and with them a volume that is {percent} % off: put a Triangulate modifier above Volume Lattice where that matters.": "Blender zeichnet {count} der Vierecke entlang der anderen Diagonale geteilt, und mit ihnen ein Volumen, das um {percent} % abweicht: einen Triangulieren-Modifikator über das Volumengitter setzen, wo es darauf ankommt.",
+    "“{lattice}” was already shaped when the rest of “{name}” was set, and jelly comes to rest in the undeformed box: Clear Rest first.": "„{lattice}“ war schon verformt, als die Ruhelage von „{name}“ gesetzt wurde, Gelee aber kommt im unverformten Quader zur Ruhe: zuerst die Ruhelage lösen.",
+    "“{name}” is a library override, which cannot keep its speed: make it local first": "„{name}“ ist eine Bibliotheksüberschreibung, die ihre Geschwindigkeit nicht behalten kann: es zuerst lokal machen",
+    "“{name}” shows a simulation: free that first, and simulate again afterwards.": "„{name}“ zeigt eine Simulation: sie zuerst freigeben und danach erneut simulieren.",
 }
 """English to German."""
