@@ -125,7 +125,7 @@ impl Skin {
     /// The same with the control points at rest; refused where triangles enclose none.
     pub(super) fn own_volume(&self, rest: &[DVec3]) -> Result<f64> {
         let measure = Measure::of(|vertex| self.position(vertex, rest), self.len(), &self.triangles);
-        if self.encloses() && !(measure.volume.is_finite() && !measure.is_flat(f64::EPSILON)) {
+        if self.encloses() && (!measure.volume.is_finite() || measure.is_flat(f64::EPSILON)) {
             return Err(Error::Mesh(format!(
                 "triangles: found a volume of {} with an area of {}, expected a surface that encloses some, or no triangles",
                 number(measure.volume),
