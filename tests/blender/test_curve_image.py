@@ -52,7 +52,8 @@ def test_gaps_stay_empty_and_a_lonely_frame_is_a_dot():
 
 
 @pytest.mark.parametrize(
-    "plain", [[100.0], [100.0] * 3, [np.nan, np.nan], [-40.0, 20.0], [1e-9, 1e9], [99.9999, 100.0001]]
+    "plain",
+    [[100.0], [100.0] * 3, [np.nan] * 2, [-40.0, 20.0], [1e-9, 1e9], [99.9999, 100.0001], [1e300, -1.7e308]],
 )
 def test_any_numbers_make_a_picture(plain):
     curve_image = scenes.part("core.curve_image")
@@ -66,6 +67,9 @@ def test_what_cannot_be_drawn_is_refused():
     for given in (([], [], []), ([1, 2], [100.0], [100.0]), ([[1.0]], [[1.0]], [[1.0]])):
         with pytest.raises(ValueError, match="one length"):
             draw(*given)
+    for unknown in (np.nan, np.inf):
+        with pytest.raises(ValueError, match="finite"):
+            draw([1, unknown], [100.0, 100.0], [100.0, 100.0])
     with pytest.raises(ValueError, match="160 x 120"):
         draw([1], [100.0], [100.0], (100, 100))
 

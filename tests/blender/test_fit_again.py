@@ -239,6 +239,21 @@ def test_more_points_deform_exactly_as_the_fewer_did(resolution):
     assert abs(scenes.evaluated_volume(ball) / scenes.volume(ball.data) - 1) <= 1e-6
 
 
+def test_a_lattice_of_one_layer_gets_more_with_the_same_deformation():
+    ball, lattice, modifier = added(resolution=(3, 4, 2))
+    lattice.data.points_w = 1
+    shake(lattice)
+    scenes.set_input(modifier, "Preserve", 0.0)
+    assert bpy.ops.isochor.fit_lattice() == {"FINISHED"}
+    bpy.context.view_layer.update()
+    before = scenes.evaluated_positions(ball)
+    assert bpy.ops.isochor.fit_lattice(resolution=(3, 5, 4)) == {"FINISHED"}
+    bpy.context.view_layer.update()
+    assert lattice.data.points_w == 4
+    assert np.abs(before - scenes.positions(ball.data)).max() > 0.02
+    assert np.abs(scenes.evaluated_positions(ball) - before).max() < 5e-6
+
+
 def test_a_resolution_that_would_change_the_deformation_is_refused():
     ball, lattice, modifier = added()
     place = np.array(lattice.matrix_world)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The files themselves: what stands in a point cache, byte by byte, and names that are safe for files."""
 
+import hashlib
+import json
 import struct
 
 import numpy as np
@@ -46,6 +48,36 @@ def test_what_is_no_cache_is_refused(tmp_path, kind):
             read(place)
     with pytest.raises(error):
         read(tmp_path / "a.txt")
+
+
+@pytest.mark.parametrize(
+    ("place", "values"),
+    [(16, [-1]), (24, [-1, 0, 0x7FC00000, 1]), (28, [-1, 0])],
+    ids=["vertices", "rate", "samples"],
+)
+def test_a_pc2_header_without_sense_is_refused(tmp_path, place, values):
+    data = bytearray(written(tmp_path / "a.pc2", "PC2"))
+    for value in values:
+        data[place : place + 4] = struct.pack("<I", value & 0xFFFFFFFF)
+        (tmp_path / "a.pc2").write_bytes(data)
+        with pytest.raises(scenes.part("core.point_cache").NotACache):
+            scenes.part("core.point_cache").read(tmp_path / "a.pc2")
+
+
+def test_a_part_without_sense_is_damaged_whatever_its_head_says(tmp_path):
+    part_file, joining = scenes.part("core.part_file"), scenes.part("core.joining")
+    whole = {"object": "Ball", "blend": "ab", "first": 1, "last": 10, "samples": 1}
+    sound = {"whole": whole, "start": 2, "end": 3, "vertices": 1, "asked": []}
+    changes = [{"start": "2"}, {"start": 1.5}, {"start": 0}, {"end": 1}, {"vertices": None}, {"vertices": -1}]
+    changes += [{"asked": [1]}, {"whole": {**whole, "samples": 0}}, {"whole": {**whole, "last": 2}}]
+    (tmp_path / "folder.part").mkdir()
+    for number, change in enumerate([{}, *changes]):
+        text = part_file.MARK + json.dumps({**sound, **change}).encode() + b"\n" + bytes(24)
+        (tmp_path / f"{number}.part").write_bytes(text + hashlib.sha256(text).digest())
+    found = joining.find(tmp_path, part_file.Whole(**whole), range(10))
+    assert [path.name for path, _head in found.parts] == ["0.part"]
+    assert found.damaged == [f"{number}.part" for number in range(1, len(changes) + 1)]
+    assert joining.asked_for(tmp_path, part_file.Whole(**whole)) == []
 
 
 def test_an_atomic_file_is_there_whole_or_not_at_all(tmp_path):

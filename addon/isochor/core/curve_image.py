@@ -18,6 +18,10 @@ LEAST_SPAN = 10.0
 """Percent that the picture spans at least, so that rounding is not blown up into a mountain."""
 
 
+FARTHEST = 1e12
+"""Percent beyond which nothing is drawn: a mesh is not that large, its target is all but zero."""
+
+
 @dataclass(frozen=True)
 class Words:
     """Names of the two curves, and what the numbers on the axes are; in letters that ``tiny_font`` has."""
@@ -70,7 +74,7 @@ class Frame:
 def percent_of(volumes: ArrayLike, targets: ArrayLike) -> Values:
     """Volumes as percent of their targets; NaN where a target is 0 or either is unknown (NaN)."""
     over, under = np.asarray(volumes, np.float64), np.asarray(targets, np.float64)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         found: Values = np.where(under == 0.0, np.nan, 100.0 * over / under)
     return found
 
@@ -85,9 +89,9 @@ def draw_volume_curve(
     scale: int = 0,
 ) -> Picture:
     """(height, width, 4) uint8, opaque, top row first. ``frames`` (N,) rising; ``plain`` and ``corrected`` (N,)
-    percent of the target, as ``percent_of`` gives, NaN for a gap. ``size``: width and height, at least 160 x 120.
-    ``scale`` enlarges letters and lines; 0 chooses by the size. Raises ValueError for other lengths, no frames, or a
-    smaller size."""
+    percent of the target, as ``percent_of`` gives, NaN or beyond FARTHEST for a gap. ``size``: width and height, at
+    least 160 x 120. ``scale`` enlarges letters and lines; 0 chooses by the size. Raises ValueError for other lengths,
+    no frames, frames that are no finite numbers, or a smaller size."""
     x, before, after = _columns(frames, plain, corrected)
     width, height = size
     if width < 160 or height < 120:
@@ -107,6 +111,9 @@ def _columns(frames: ArrayLike, plain: ArrayLike, corrected: ArrayLike) -> tuple
     x, before, after = (np.asarray(values, np.float64) for values in (frames, plain, corrected))
     if x.ndim != 1 or len(x) == 0 or not x.shape == before.shape == after.shape:
         raise ValueError("frames, plain and corrected must be rows of one length, of at least one frame")
+    if not np.isfinite(x).all():
+        raise ValueError("frames must be finite numbers")
+    before, after = (np.where(np.abs(values) <= FARTHEST, values, np.nan) for values in (before, after))
     return x, before, after
 
 

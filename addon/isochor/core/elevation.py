@@ -12,10 +12,14 @@ Shape = tuple[int, int, int]
 
 def elevated(points: NDArray[np.floating[Any]], before: Shape, after: Shape) -> NDArray[np.float64]:
     """Points (N, 3), u fastest, of the lattice with ``after`` points a side (none fewer than ``before``) that maps
-    everything to where the lattice of these points maps it."""
+    everything to where the lattice of these points maps it. Where a side had one point, the new layers are moved as
+    that was, from where they lie evenly in the unit cube about the middle."""
     grid = points.reshape(*before[::-1], 3).astype(np.float64)
     for axis in range(3):
         grid = np.moveaxis(np.tensordot(matrix(before[axis], after[axis]), grid, (1, 2 - axis)), 0, 2 - axis)
+        if before[axis] == 1:
+            layers = np.linspace(-0.5, 0.5, after[axis]) if after[axis] > 1 else np.zeros(1)
+            grid[..., axis] += layers.reshape([-1 if dimension == 2 - axis else 1 for dimension in range(3)])
     return grid.reshape(-1, 3)
 
 

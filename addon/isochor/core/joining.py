@@ -43,7 +43,7 @@ def find(folder: Path, whole: Whole, wanted: range) -> Found:
     """Looks at every part in the folder, whatever it is called, and checks those of this bake that hold one of the
     wanted samples to the last byte."""
     found = Found()
-    for path in sorted(folder.glob(f"*{part_file.SUFFIX}")) if folder.is_dir() else ():
+    for path in _parts(folder):
         try:
             head = part_file.read_head(path)
             if _same_frames(head.whole, whole) and _overlap(head.indices, wanted):
@@ -60,7 +60,7 @@ def asked_for(folder: Path, like: Whole) -> list[str]:
     """Names of the objects that the parts of such a bake, of whichever object, were asked for; none where that is all
     that there are, or there are no parts."""
     asked: list[tuple[str, ...]] = []
-    for path in sorted(folder.glob(f"*{part_file.SUFFIX}")) if folder.is_dir() else ():
+    for path in _parts(folder):
         with suppress(Damaged):
             head = part_file.read_head(path)
             if replace(head.whole, object=like.object) == like:
@@ -106,6 +106,11 @@ def frame_words(frames: list[int]) -> str:
             runs.append([frame])
     texts = [str(run[0]) if len(run) == 1 else f"{run[0]}-{run[-1]}" for run in runs]
     return f"frame{'s' if len(frames) > 1 else ''} {', '.join(texts)}"
+
+
+def _parts(folder: Path) -> list[Path]:
+    """Every file there that is named like a part; none where there is no folder."""
+    return sorted(path for path in folder.glob(f"*{part_file.SUFFIX}") if path.is_file())
 
 
 def _overlap(one: range, other: range) -> bool:

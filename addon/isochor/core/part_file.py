@@ -141,6 +141,22 @@ def _head(file: BinaryIO) -> Head:
         raise Damaged(f"{Path(file.name).name} is no part of a bake")
     try:
         found = json.loads(file.readline(_LONGEST_HEAD))
-        return Head(Whole(**found.pop("whole")), asked=tuple(found.pop("asked")), **found)
+        head = Head(Whole(**found.pop("whole")), asked=tuple(found.pop("asked")), **found)
+        if _makes_sense(head):
+            return head
     except (ValueError, TypeError, AttributeError, KeyError) as error:
         raise Damaged(f"{Path(file.name).name} has a damaged head") from error
+    raise Damaged(f"{Path(file.name).name} has a head that makes no sense")
+
+
+def _makes_sense(head: Head) -> bool:
+    """Whether the head of an unchecked file holds what its types say, and frames in order."""
+    whole = head.whole
+    numbers = (whole.first, whole.last, whole.samples, head.start, head.end, head.vertices)
+    return (
+        all(type(number) is int for number in numbers)
+        and all(isinstance(text, str) for text in (whole.object, whole.blend, *head.asked))
+        and whole.first <= head.start <= head.end <= whole.last
+        and whole.samples >= 1
+        and head.vertices >= 0
+    )

@@ -21,6 +21,8 @@ NUMBERS: dict[Format, np.dtype[Any]] = {"PC2": np.dtype("<f4"), "MDD": np.dtype(
 _PC2_MAGIC = b"POINTCACHE2\0"
 _PC2 = struct.Struct("<12siiffi")
 _MDD = struct.Struct(">ii")
+_SLOWEST_RATE = 1e-6
+"""Frames from one sample to the next, at the least; whole frames are the most."""
 
 
 class NotACache(ValueError):
@@ -74,7 +76,8 @@ def _read_pc2_header(head: bytes) -> tuple[Layout, int]:
     if len(head) < _PC2.size:
         raise NotACache("the header is cut off")
     magic, version, vertices, first, rate, samples = _PC2.unpack(head)
-    if magic != _PC2_MAGIC or version != 1 or rate <= 0.0:
+    is_rate = _SLOWEST_RATE <= rate <= 1.0
+    if magic != _PC2_MAGIC or version != 1 or not is_rate or samples < 1 or vertices < 0:
         raise NotACache("the header is not that of a PC2 file")
     return Layout(vertices, samples, first, round(1.0 / rate)), _PC2.size
 

@@ -60,7 +60,7 @@ class VolumeCurve:
     @property
     def is_known(self) -> bool:
         """Whether any frame could be measured."""
-        return bool(np.isfinite(self.after / np.where(self.target == 0.0, np.nan, self.target)).any())
+        return bool(np.isfinite(self.after_percent).any())
 
     @property
     def before_percent(self) -> Values:

@@ -5,6 +5,7 @@
 //! `count = degree + 1` give the Bernstein polynomials, so one recurrence serves every lattice.
 
 use crate::error::{Error, Result};
+use crate::words::number;
 
 /// Largest number of control points on one axis (Blender's own lattices end there too).
 pub const MAX_POINTS: usize = 64;
@@ -77,12 +78,12 @@ impl AxisBasis {
         if let Some(i) = knots.iter().position(|k| !k.is_finite()) {
             return Err(Error::Lattice(format!(
                 "knots: found {} at index {i}, expected finite numbers",
-                knots[i]
+                number(knots[i])
             )));
         }
         if let Some(i) = knots.windows(2).position(|pair| pair[0] > pair[1]) {
             return Err(Error::Lattice(format!(
-                "knots: found {} after {} at index {}, expected a non-decreasing sequence",
+                "knots: found {:?} after {:?} at index {}, expected a non-decreasing sequence",
                 knots[i + 1],
                 knots[i],
                 i + 1
@@ -91,13 +92,13 @@ impl AxisBasis {
         let (first, last) = (knots[degree], knots[count]);
         if first >= last {
             return Err(Error::Lattice(format!(
-                "knots: the domain from knot {degree} ({first}) to knot {count} ({last}) is empty, expected it to have a length"
+                "knots: the domain from knot {degree} ({first:?}) to knot {count} ({last:?}) is empty, expected it to have a length"
             )));
         }
         if let Some(i) = (degree + 1..count.saturating_sub(degree)).find(|&i| knots[i + degree] == knots[i]) {
             return Err(Error::Lattice(format!(
                 "knots: {} is repeated more than {degree} times inside the domain, which would tear the lattice; repeat it at most degree times",
-                knots[i]
+                number(knots[i])
             )));
         }
         let knots: Vec<f64> = knots.iter().map(|k| (k - first) / (last - first)).collect();
@@ -106,15 +107,16 @@ impl AxisBasis {
         };
         if let Some(i) = (degree..count).find(short) {
             return Err(Error::Lattice(format!(
-                "knots: the span from knot {i} to {} is {:e} of the domain, expected at least {SHORTEST_SPAN:e}; make the two knots equal",
+                "knots: the span from knot {i} to {} is {} of the domain, expected at least {}; make the two knots equal",
                 i + 1,
-                knots[i + 1] - knots[i]
+                number(knots[i + 1] - knots[i]),
+                number(SHORTEST_SPAN)
             )));
         }
         if let Some(i) = knots.iter().position(|k| !k.is_finite()) {
             return Err(Error::Lattice(format!(
-                "knots: the domain's length {:e} and knot {i} are too far apart for float64; scale the knots",
-                last - first
+                "knots: the domain's length {} and knot {i} are too far apart for float64; scale the knots",
+                number(last - first)
             )));
         }
         let spans = (degree..count).filter(|&m| knots[m] < knots[m + 1]).collect();

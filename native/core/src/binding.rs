@@ -15,6 +15,7 @@ use crate::lattice::Lattice;
 use crate::surface::{ClosedSurface, Measure};
 use crate::vertices::{Outside, Scalar, check_influence, check_triangles, check_vertices};
 use crate::walks::Walks;
+use crate::words::number;
 
 /// Float32 vertices are deformed in float32 lanes where they fill at least this fraction of the domain along an axis. Rounding in
 /// such lanes is relative to the domain's size; a smaller mesh would show it, and gets float64 lanes.
@@ -345,7 +346,8 @@ impl<T: Scalar> Binding<T> {
 
 pub(crate) fn too_large(volume: f64) -> Error {
     Error::Volume(format!(
-        "the deformed mesh has a volume of {volume}, too large for float64; bring the control points closer"
+        "the deformed mesh has a volume of {}, too large for float64; bring the control points closer",
+        number(volume)
     ))
 }
 
@@ -353,8 +355,9 @@ fn check_largest<T: Scalar>(name: &str, control: &[DVec3]) -> Result<()> {
     let largest = control.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     if largest > T::LARGEST {
         return Err(Error::Lattice(format!(
-            "{name}: found a coordinate of {largest:e}, expected at most {:e} for vertices of this type",
-            T::LARGEST
+            "{name}: found a coordinate of {}, expected at most {} for vertices of this type",
+            number(largest),
+            number(T::LARGEST)
         )));
     }
     Ok(())

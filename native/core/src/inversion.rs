@@ -211,13 +211,10 @@ impl<'a> Inversion<'a> {
             let gentle = here.jacobian.transpose() * self.metric * here.jacobian;
             let step = reduced_step(self.curvature(at, downhill, local), downhill, free)
                 .or_else(|| reduced_step(gentle, downhill, free));
-            let better = step.and_then(|step| {
-                (0..=HALVINGS).find_map(|halved| {
-                    let next = self.clamped(at + step * 0.5f64.powi(halved as i32));
-                    let there = self.evaluate(next, local);
-                    (self.distance(&there) < self.distance(&here)).then_some((next, there))
-                })
-            });
+            // Cut off at the faces, a step may lead away; along one axis alone it does not.
+            let better = step
+                .and_then(|step| self.nearer(at, &here, step, local))
+                .or_else(|| self.nearer(at, &here, axis_step(gentle, downhill, free)?, local));
             let Some((next, there)) = better else { break };
             let moved = (next - at).abs().max_element();
             (at, here) = (next, there);
@@ -226,6 +223,16 @@ impl<'a> Inversion<'a> {
             }
         }
         at
+    }
+
+    /// The longest of the halved steps in the domain that comes nearer in space; `None` where none does.
+    fn nearer(&self, at: DVec3, here: &Local, step: DVec3, local: DVec3) -> Option<(DVec3, Local)> {
+        let distance = self.distance(here);
+        (0..=HALVINGS).find_map(|halved| {
+            let next = self.clamped(at + step * 0.5f64.powi(halved as i32));
+            let there = self.evaluate(next, local);
+            (self.distance(&there) < distance).then_some((next, there))
+        })
     }
 
     /// Minus half the derivative of the squared distance.
@@ -356,4 +363,14 @@ fn reduced_step(mut matrix: DMat3, mut right: DVec3, free: [bool; 3]) -> Option<
     }
     let step = matrix.inverse() * right;
     (step.is_finite() && step.dot(right) > 0.0).then_some(step)
+}
+
+/// The step along that free axis on which it gains most; `None` where it gains nothing worth a search.
+fn axis_step(matrix: DMat3, right: DVec3, free: [bool; 3]) -> Option<DVec3> {
+    let step = |axis: usize| right[axis] / matrix.col(axis)[axis];
+    let gain = |axis: usize| right[axis] * step(axis);
+    let best = (0..3)
+        .filter(|&axis| free[axis] && gain(axis).is_finite())
+        .max_by(|&a, &b| gain(a).total_cmp(&gain(b)))?;
+    (step(best).abs() > NEAR_ENOUGH).then(|| DVec3::AXES[best] * step(best))
 }

@@ -6,6 +6,7 @@ use glam::{DMat3, DVec3};
 use crate::basis::AxisBasis;
 use crate::error::{Error, Result};
 use crate::inversion::{Inversion, Preimage};
+use crate::words::{bracketed, number};
 
 /// Parameters this close to a face of the domain count as on it, for float64 points: rounding puts a fitted box's own
 /// extreme vertices outside in most cases.
@@ -54,19 +55,17 @@ impl Lattice {
         }
         if unit.determinant().abs() <= FLAT_FRAME {
             return Err(Error::Lattice(format!(
-                "lattice frame: the edges {:?}, {:?}, {:?} lie in one plane, expected three independent directions",
-                edges.x_axis.to_array(),
-                edges.y_axis.to_array(),
-                edges.z_axis.to_array()
+                "lattice frame: the edges {} lie in one plane, expected three independent directions",
+                written(edges)
             )));
         }
         let lengths = [edges.x_axis, edges.y_axis, edges.z_axis].map(|edge| edge.abs().max_element());
         if lengths.iter().any(|length| !(SMALLEST_EDGE..LARGEST_EDGE).contains(length)) {
             return Err(Error::Lattice(format!(
-                "lattice frame: edges between {SMALLEST_EDGE:e} and {LARGEST_EDGE:e} long were expected, found {:?}, {:?}, {:?}; scale the lattice",
-                edges.x_axis.to_array(),
-                edges.y_axis.to_array(),
-                edges.z_axis.to_array()
+                "lattice frame: edges between {} and {} long were expected, found {}; scale the lattice",
+                number(SMALLEST_EDGE),
+                number(LARGEST_EDGE),
+                written(edges)
             )));
         }
         let lengths = DMat3::from_diagonal(DVec3::new(
@@ -95,7 +94,8 @@ impl Lattice {
         }
         if !(margin.is_finite() && margin > -0.5) {
             return Err(Error::Lattice(format!(
-                "margin: found {margin}, expected a finite fraction of the box's size above -0.5"
+                "margin: found {}, expected a finite fraction of the box's size above -0.5",
+                number(margin)
             )));
         }
         let (low, high) = bounds(points);
@@ -186,8 +186,9 @@ impl Lattice {
     /// The way back of [`Lattice::evaluate`]: parameters at which the lattice shaped by `control` takes these points.
     ///
     /// A point inside the shaped lattice gets parameters in the domain (to within [`FACE_TOLERANCE`]) that `evaluate` takes to it
-    /// to rounding, a thousand of float64's `epsilon` times the lattice's size at most; where the lattice folds over itself and
-    /// has several, one of them, the same in every call. Any other gets the nearest parameters found, and is not
+    /// to rounding, a thousand of float64's `epsilon` times the lattice's size at most (more where its edges all but lie in one
+    /// plane). Where the lattice folds over itself and has several, it gets one of them, the same in every call; or, one point
+    /// in some hundreds, none is found, and it counts as outside. Any other gets the nearest parameters found, and is not
     /// [`Preimage::inside`].
     ///
     /// # Errors
@@ -266,4 +267,9 @@ pub(crate) fn unit_columns(matrix: DMat3) -> DMat3 {
 /// Corners of the axis-aligned box of `points`; an inverted box without points.
 pub(crate) fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
     points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)))
+}
+
+/// The edges in a message.
+fn written(edges: DMat3) -> String {
+    [edges.x_axis, edges.y_axis, edges.z_axis].map(|edge| bracketed(edge.to_array())).join(", ")
 }

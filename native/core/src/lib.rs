@@ -26,6 +26,7 @@ mod sum;
 mod surface;
 mod vertices;
 mod walks;
+mod words;
 
 pub use basis::{AxisBasis, MAX_POINTS, Span};
 pub use binding::Binding;

@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::lanes::Lanes;
 use crate::lattice::unit_columns;
 use crate::vertices::Scalar;
+use crate::words::{bracketed, number};
 
 /// How the axes share the correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -130,16 +131,19 @@ impl<T: Scalar> Binding<T> {
         if !options.amount.is_finite() {
             return Err(Error::Volume(format!(
                 "amount: found {}, expected a finite number; 1 preserves",
-                options.amount
+                number(options.amount)
             )));
         }
         let reference = self.reference()?;
         match options.target {
             Some(target) if target.is_finite() => Ok(target),
-            Some(target) => Err(Error::Volume(format!("target: found {target}, expected a finite volume"))),
+            Some(target) => {
+                Err(Error::Volume(format!("target: found {}, expected a finite volume", number(target))))
+            }
             None if reference.is_flat(T::EPSILON) => Err(Error::Volume(format!(
-                "the mesh as bound encloses no volume: found {:e} with an area of {:e}; give it thickness, or give a target",
-                reference.volume, reference.area
+                "the mesh as bound encloses no volume: found {} with an area of {}; give it thickness, or give a target",
+                number(reference.volume),
+                number(reference.area)
             ))),
             None => Ok(reference.volume),
         }
@@ -159,7 +163,7 @@ impl<T: Scalar> Binding<T> {
             if let Some(i) = weights.iter().position(|w| w.is_nan() || *w <= 0.0) {
                 return Err(Error::Lattice(format!(
                     "weights: found {} at control point {i}, expected positive numbers (infinity freezes)",
-                    weights[i]
+                    number(weights[i])
                 )));
             }
         }
@@ -244,8 +248,10 @@ impl<T: Scalar, L: Lanes> Correction<'_, T, L> {
             return Ok((target, method, 0));
         }
         Err(Error::Volume(format!(
-            "the target volume {target:e} cannot be reached from {before:e}: no displacement that axes {:?}, weights and frozen layers allow changes the volume; allow another axis or free control points",
-            options.axes
+            "the target volume {} cannot be reached from {}: no displacement that axes {}, weights and frozen layers allow changes the volume; allow another axis or free control points",
+            number(target),
+            number(before),
+            bracketed(options.axes)
         )))
     }
 

@@ -111,7 +111,7 @@ pub(crate) fn check_influence(influence: &[f64], vertex_count: usize) -> Result<
     if let Some(first) = influence.iter().position(bad) {
         let count = influence.iter().filter(|s| bad(s)).count();
         return Err(Error::Mesh(format!(
-            "influence: {count} values are not in [0, 1], the first is {} at vertex {first}",
+            "influence: {count} values are not in [0, 1], the first is {:?} at vertex {first}",
             influence[first]
         )));
     }

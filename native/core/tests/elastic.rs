@@ -376,3 +376,54 @@ fn an_open_surface_is_refused_with_its_edges() {
     let found = Elastic::new(&lattice, material(), carried, start);
     assert!(matches!(&found, Err(Error::Mesh(text)) if text.contains("3 edges")), "{found:?}");
 }
+
+#[test]
+fn a_surface_that_encloses_nothing_is_refused() {
+    let lattice = cube([3, 3, 3]);
+    let mut mesh = ball();
+    mesh.vertices.iter_mut().for_each(|vertex| vertex[2] = 0.0);
+    let carried = Carried {
+        vertices: &mesh.vertices,
+        triangles: &mesh.triangles,
+        influence: None,
+        outside: Outside::Keep,
+    };
+    let start = Start { control: lattice.rest(), velocity: vec![DVec3::ZERO; 27], pinned: vec![false; 27] };
+    let found = Elastic::new(&lattice, material(), carried, start);
+    assert!(matches!(&found, Err(Error::Mesh(text)) if text.contains("volume")), "{found:?}");
+}
+
+#[test]
+fn what_leaves_the_range_of_numbers_is_refused_and_nothing_has_moved() {
+    let lattice = cube([3, 3, 3]);
+    let wild = Material { gravity: DVec3::splat(1e300), ..material() };
+    let mut body = resting(&lattice, wild, &ball());
+    assert!(matches!(body.step(FRAME, None), Err(Error::Elastic(_))));
+    assert_eq!((body.control(), body.time()), (&lattice.rest()[..], 0.0));
+    assert!(body.velocity().iter().all(|velocity| *velocity == DVec3::ZERO));
+
+    let mut pinned = vec![false; 27];
+    pinned[0] = true;
+    let carried = Carried { vertices: &[], triangles: &[], influence: None, outside: Outside::Keep };
+    let start = Start { control: lattice.rest(), velocity: vec![DVec3::X; 27], pinned };
+    let mut tried = Elastic::new(&lattice, material(), carried, start).unwrap();
+    let mut untried = tried.clone();
+    assert!(matches!(tried.step(FRAME, Some(&[DVec3::splat(1e308); 27])), Err(Error::Elastic(_))));
+    tried.step(FRAME, None).unwrap();
+    untried.step(FRAME, None).unwrap();
+    let apart = tried.control().iter().zip(untried.control()).map(|(a, b)| a.distance(*b));
+    assert!(apart.fold(0.0, f64::max) < 1e-12);
+}
+
+#[test]
+fn times_so_short_that_rounding_would_stop_the_body_are_refused() {
+    let lattice = cube([3, 3, 3]);
+    let carried = Carried { vertices: &[], triangles: &[], influence: None, outside: Outside::Keep };
+    let start = Start { control: lattice.rest(), velocity: vec![DVec3::X; 27], pinned: vec![false; 27] };
+    let mut body = Elastic::new(&lattice, material(), carried, start).unwrap();
+    for seconds in [5e-324, 1e-300, 1e-17, 1e-10] {
+        assert!(matches!(body.step(seconds, None), Err(Error::Elastic(_))));
+    }
+    body.step(1e-9, None).unwrap();
+    assert!(body.velocity().iter().all(|velocity| velocity.distance(DVec3::X) < 1e-4));
+}

@@ -114,6 +114,32 @@ fn a_point_outside_gets_the_nearest_parameters() {
 }
 
 #[test]
+fn nearest_in_a_skewed_box_is_the_nearest_of_all() {
+    let mut random = noise(12);
+    for _ in 0..40 {
+        let axes = [3, 2, 3].map(|count| AxisBasis::bernstein(count).unwrap());
+        let mut vector = || DVec3::new(random(), random(), random());
+        let edges = DMat3::from_cols(vector(), vector(), vector());
+        let lengths: f64 = (0..3).map(|axis| edges.col(axis).length()).product();
+        if edges.determinant().abs() < 0.2 * lengths {
+            continue;
+        }
+        let lattice = Lattice::new(axes, DVec3::ZERO, edges).unwrap();
+        let middle = edges * DVec3::splat(0.5);
+        let points: Vec<DVec3> = (0..30).map(|_| middle + 3.0 * vector()).collect();
+        for (point, found) in points.iter().zip(lattice.invert(&points, &lattice.rest()).unwrap()) {
+            // The nearest point of a convex body: nothing in it lies further the way of what is left.
+            let left = point - edges * found.parameter;
+            let reach = (0..8).map(|corner| {
+                let corner = DVec3::from_array(std::array::from_fn(|axis| f64::from(corner >> axis & 1)));
+                left.dot(edges * (corner - found.parameter))
+            });
+            assert!(reach.fold(0.0, f64::max) <= 1e-6 * left.length() + 1e-12, "{point} {found:?}");
+        }
+    }
+}
+
+#[test]
 fn an_axis_with_one_point_has_no_end() {
     let axes = [4, 5, 1].map(|count| AxisBasis::bernstein(count).unwrap());
     let lattice = slanted(axes);

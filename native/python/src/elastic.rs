@@ -109,7 +109,8 @@ impl Elastic {
     }
 
     /// Moves on by that many seconds. Pinned control points move evenly to their places in targets (nu, nv, nw, 3), or stay
-    /// without; targets of the others do not count. Raises ElasticError and LatticeError, and then nothing has moved.
+    /// without; targets of the others do not count. A billionth of a second at least. Raises ElasticError and LatticeError, and
+    /// then nothing has moved.
     #[pyo3(signature = (seconds, targets=None))]
     fn step(&self, py: Python<'_>, seconds: NumberLike<'_>, targets: Option<ArrayLike<'_>>) -> PyResult<()> {
         let seconds = Argument::elastic("seconds").number(&seconds)?;

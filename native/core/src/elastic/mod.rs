@@ -30,6 +30,7 @@ use glam::{DMat3, DVec3};
 
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
+use crate::words::number;
 use cells::{Cells, Modulus};
 use ground::Contact;
 pub use ground::Ground;
@@ -44,6 +45,9 @@ const STEP_ANGLE: f64 = 0.5;
 
 /// Substeps of one call at most.
 const MOST_SUBSTEPS: f64 = 1e5;
+
+/// Seconds of one call at least: velocities are differences of places, of which rounding leaves too little in less.
+const SHORTEST: f64 = 1e-9;
 
 /// Rounds of volume and ground in one substep.
 const ROUNDS: usize = 3;
@@ -98,8 +102,13 @@ impl Elastic {
         let inverse = |(&mass, &pinned): (&f64, &bool)| if pinned { 0.0 } else { 1.0 / mass };
         let inverse_mass = cells.mass.iter().zip(&start.pinned).map(inverse).collect();
         let scratch = vec![DVec3::ZERO; rest.len()];
-        let rest_volume = material.volume * skin.volume(&rest);
+        let rest_volume = material.volume * skin.own_volume(&rest)?;
         let start_volume = skin.volume(&start.control);
+        if !start_volume.is_finite() {
+            return Err(Error::Lattice(
+                "control: the surface has a volume too large for float64 there; bring the control points closer".into(),
+            ));
+        }
         let fastest = cells.fastest();
         Ok(Self {
             material,
@@ -169,21 +178,29 @@ impl Elastic {
     /// of free points do not count), or stay without.
     ///
     /// # Errors
-    /// [`Error::Elastic`] for a time that is not positive, or that is too many substeps for this stiffness;
-    /// [`Error::Lattice`] for wrong targets. Nothing has moved then.
+    /// [`Error::Elastic`] for a time that is too short or not finite, or that is too many substeps for this stiffness, and for a
+    /// motion beyond all numbers; [`Error::Lattice`] for wrong targets. Nothing has moved then.
     pub fn step(&mut self, seconds: f64, targets: Option<&[DVec3]>) -> Result<()> {
         let substeps = self.substeps(seconds)?;
         if let Some(targets) = targets {
             check_targets(targets, &self.inverse_mass)?;
         }
-        let from = self.position.clone();
+        let (from, velocity, time) = (self.position.clone(), self.velocity.clone(), self.time);
         let step = seconds / f64::from(substeps);
         for substep in 1..=substeps {
             let share = f64::from(substep) / f64::from(substeps);
             self.substep(step, |point| targets.map_or(from[point], |to| from[point].lerp(to[point], share)));
             self.time += step;
         }
-        Ok(())
+        if self.position.iter().chain(&self.velocity).all(|value| value.is_finite()) {
+            return Ok(());
+        }
+        (self.position, self.velocity, self.time) = (from, velocity, time);
+        self.cells.start(&self.position);
+        Err(Error::Elastic(format!(
+            "seconds: within {} the motion goes beyond what float64 holds; lower gravity, velocity or the way of the targets",
+            number(seconds)
+        )))
     }
 
     fn wave_speed(&self) -> f64 {
@@ -192,14 +209,21 @@ impl Elastic {
 
     /// Enough for the fastest oscillation of the grid.
     fn substeps(&self, seconds: f64) -> Result<u32> {
-        if !(seconds.is_finite() && seconds > 0.0) {
-            return Err(Error::Elastic(format!("seconds: found {seconds}, expected a positive time")));
+        if !(seconds.is_finite() && seconds >= SHORTEST) {
+            return Err(Error::Elastic(format!(
+                "seconds: found {}, expected a time of at least {}",
+                number(seconds),
+                number(SHORTEST)
+            )));
         }
         let needed = (seconds * self.wave_speed() * self.fastest.sqrt() / STEP_ANGLE).ceil();
         if needed > MOST_SUBSTEPS {
             return Err(Error::Elastic(format!(
-                "seconds: {seconds} need {needed:.0} substeps at frequency {}, expected at most {MOST_SUBSTEPS:.0}; take a shorter time, a lower frequency or fewer control points",
-                self.material.frequency
+                "seconds: {} need {} substeps at frequency {}, expected at most {}; take a shorter time, a lower frequency or fewer control points",
+                number(seconds),
+                number(needed),
+                number(self.material.frequency),
+                number(MOST_SUBSTEPS)
             )));
         }
         Ok(self.material.substeps.max(needed as u32))

@@ -9,7 +9,9 @@ use crate::embedding::{Located, Spot};
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
 use crate::sum::CompensatedSum;
+use crate::surface::Measure;
 use crate::vertices::{Outside, check_influence, check_triangles, check_vertices};
+use crate::words::number;
 
 /// Weights in all at most: vertices times the control points that act on each.
 const MOST_WEIGHTS: usize = 1 << 25;
@@ -118,6 +120,19 @@ impl Skin {
         let at = |vertex: u32| placed[vertex as usize];
         let parts = self.triangles.iter().map(|&[a, b, c]| at(a).dot(at(b).cross(at(c))) / 6.0);
         parts.collect::<CompensatedSum>().value()
+    }
+
+    /// The same with the control points at rest; refused where triangles enclose none.
+    pub(super) fn own_volume(&self, rest: &[DVec3]) -> Result<f64> {
+        let measure = Measure::of(|vertex| self.position(vertex, rest), self.len(), &self.triangles);
+        if self.encloses() && (!measure.volume.is_finite() || measure.is_flat(f64::EPSILON)) {
+            return Err(Error::Mesh(format!(
+                "triangles: found a volume of {} with an area of {}, expected a surface that encloses some, or no triangles",
+                number(measure.volume),
+                number(measure.area)
+            )));
+        }
+        Ok(measure.volume)
     }
 
     /// Derivative of the volume by each control point.

@@ -218,7 +218,8 @@ class Elastic:
     def step(self, /, seconds: SupportsFloat | SupportsIndex, targets: ArrayLike | None = None) -> None:
         """
         Moves on by that many seconds. Pinned control points move evenly to their places in targets (nu, nv, nw, 3), or stay
-        without; targets of the others do not count. Raises ElasticError and LatticeError, and then nothing has moved.
+        without; targets of the others do not count. A billionth of a second at least. Raises ElasticError and LatticeError, and
+        then nothing has moved.
         """
     @property
     def time(self, /) -> float:
@@ -330,9 +331,11 @@ class Lattice:
         The way back of `evaluate`: for points (V, 3) the parameters, float64 (V, 3), at which the lattice shaped by control points
         (nu, nv, nw, 3) takes them, and whether each point is inside the shaped lattice, bool (V,).
 
-        `evaluate` takes the parameters of an inside point, which lie in [0, 1], to that point: to rounding, a thousand of float64's
-        epsilon times the lattice's size at most. Where the lattice folds over itself and has several, one of them is given. Any
-        other point gets the nearest parameters found. Newton's method, point by point: points do not depend on each other.
+        `evaluate` takes the parameters of an inside point, which lie in [0, 1] to within 1e-9, to that point: to rounding, a thousand
+        of float64's epsilon times the lattice's size at most (more where its edges all but lie in one plane). Where the lattice folds
+        over itself and has several, one of them is given; or, for one point in some hundreds, none is found, and it counts as
+        outside. Any other point gets the nearest parameters found. Newton's method, point by point: points do not depend on each
+        other.
 
         Raises LatticeError, and MeshError for points that are not finite.
         """
