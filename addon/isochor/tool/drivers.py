@@ -61,32 +61,48 @@ def put(
     name: str,
     expression: str,
     variables: list[Variable],
-    times_others: bool = False,
+    shares: bool = False,
+    at_most: str = "",
 ) -> bpy.types.FCurve:
-    """Drives an input. What drove it before goes, but where ``times_others``, for a driver of the add-on's own, its
-    factors that use other variables stay, and this one is multiplied with them."""
+    """Drives an input. What drove it before goes, but where it ``shares`` the input with the add-on's own drivers that
+    read other variables: then the least of them all counts. ``at_most``, a number, limits it where it is alone."""
     path = data_path(modifier, name)
     before = of(obj, path)
-    kept = other_factors(before, variables) if times_others and before is not None and is_own(before) else []
+    shared = before.driver.expression if shares and before is not None and is_own(before) else ""
+    kept = [part for part in least_of(shared) if is_others(part, variables)]
     curve = before or obj.driver_add(path)
     driver = curve.driver
     driver.type = "SCRIPTED"
-    used = {word for factor in kept for word in words(factor)}
+    used = {word for part in kept for word in words(part)}
     for variable in list(driver.variables):
         if variable.name not in used:
             driver.variables.remove(variable)
     for variable in variables:
         _add_variable(driver, variable)
-    driver.expression = " * ".join([*kept, expression])
+    parts = [*(kept or filter(None, [at_most])), expression]
+    driver.expression = parts[0] if len(parts) == 1 else f"min({', '.join(parts)})"
     obj.update_tag()
     return curve
 
 
-def other_factors(curve: bpy.types.FCurve, variables: list[Variable]) -> list[str]:
-    """Of the product that drives, the factors that use none of these variables' names."""
-    names = {variable.name for variable in variables}
-    factors: list[str] = curve.driver.expression.split(" * ")
-    return [factor for factor in factors if not names & words(factor)]
+def is_others(expression: str, variables: list[Variable]) -> bool:
+    """Whether an expression reads something, and none of these variables."""
+    read = words(expression) & OWN
+    return bool(read) and not read & {variable.name for variable in variables}
+
+
+def least_of(expression: str) -> list[str]:
+    """What stands between the commas of ``min(…)``; the expression itself where it is no such call."""
+    if not (expression.startswith("min(") and expression.endswith(")")):
+        return [expression]
+    parts, depth = [""], 0
+    for letter in expression[len("min(") : -1]:
+        depth += (letter == "(") - (letter == ")")
+        if letter == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return [part.strip() for part in parts]
 
 
 def words(expression: str) -> set[str]:

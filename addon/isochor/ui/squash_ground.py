@@ -58,13 +58,13 @@ class ISOCHOR_OT_squash_from_ground(Driving, bpy.types.Operator):
             height = Variable("height", lattice, transform="LOC_Z")
             floor = Variable("ground", ground, transform="LOC_Z")
             gap = f"(height - ground {drivers.signed(above - offset)}) / {drivers.number(below)}"
-            expression = f"clamp({gap}, {drivers.number(self.least)}, 1)"
+            room = f"max({drivers.number(self.least)}, {gap})"
             sockets.write(modifier, "Axis", AXES[axis])
             sockets.write(modifier, "Pivot", pivot)
             if self.stay_on_ground:
                 sockets.write(modifier, "Space", "Global")
                 sockets.write(modifier, "Axes", (1.0, 1.0, 0.0))
-            drivers.put(obj, modifier, sockets.SQUASH, expression, [height, floor], times_others=True)
+            drivers.put(obj, modifier, sockets.SQUASH, room, [height, floor], shares=True, at_most="1")
 
 
 def plan(

@@ -69,7 +69,7 @@ class ISOCHOR_OT_squash_from_speed(Driving, bpy.types.Operator):
             full = self.full_speed or float(found.max())
             expression = f"lerp(1, {drivers.number(self.stretch)}, min(1, speed / {drivers.number(full)}))"
             given = [Variable("speed", obj, speed.PATH)]
-            drivers.put(obj, modifier, sockets.SQUASH, expression, given, times_others=True)
+            drivers.put(obj, modifier, sockets.SQUASH, expression, given, shares=True)
         context.view_layer.update()
 
     def frames(self, scene: bpy.types.Scene) -> tuple[int, int]:
