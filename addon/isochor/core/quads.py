@@ -40,7 +40,8 @@ def drawn_first_to_third(positions: Positions, quads: Integers) -> Flags:
     of that cut must look the same way."""
     first, second, third, fourth = positions[quads].transpose(1, 0, 2)
     diagonal = third - first
-    return np.einsum("ij,ij->i", np.cross(second - first, diagonal), np.cross(fourth - first, diagonal)) <= 0.0
+    sides = np.einsum("ij,ij->i", np.cross(second - first, diagonal), np.cross(fourth - first, diagonal))
+    return np.asarray(sides <= 0.0)
 
 
 def drawn_volume(positions: Positions, quads: Integers, first_to_third: Flags) -> tuple[int, float]:
