@@ -252,3 +252,21 @@ def test_menus_offer_it():
     menus = scenes.part("ui.menus")
     for name, draw in menus.PLACES:
         assert draw in getattr(bpy.types, name)._dyn_ui_initialize()
+
+
+@pytest.mark.parametrize("follow", [True, False])
+def test_follow_object_has_the_lattice_move_along(follow):
+    ball = scenes.sphere()
+    ball.location, ball.rotation_euler, ball.scale = (1.0, 2.0, 3.0), (0.3, 0.2, 0.1), (1.0, 2.0, 0.5)
+    bpy.context.view_layer.update()
+    assert bpy.ops.isochor.add(follow=follow) == {"FINISHED"}
+    lattice = bpy.data.objects["Ball Lattice"]
+    bpy.context.view_layer.update()
+    before = np.array(ball.matrix_world.inverted() @ lattice.matrix_world)
+    shape = scenes.evaluated_positions(ball)
+    assert np.abs(shape - scenes.positions(ball.data)).max() < 1e-6
+    ball.location.x += 5.0
+    ball.rotation_euler.z += 1.0
+    bpy.context.view_layer.update()
+    after = np.array(ball.matrix_world.inverted() @ lattice.matrix_world)
+    assert np.allclose(before, after, atol=1e-5) == follow

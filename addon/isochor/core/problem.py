@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Problems that are the animator's to solve, in plain words."""
 
+import re
+
 from .kinds import Kind
-from .words import Sentence, listed
+from .words import Sentence, listed, together
 
 
 class Problem(Exception):
@@ -129,6 +131,21 @@ def not_finite(names: list[str]) -> str:
     """Inputs of the panel Animate that hold infinity or no number at all."""
     return Sentence(
         "{names}: no finite number. Correct the driver or the keys, or type a value.", names=", ".join(names)
+    )
+
+
+def in_edit_mode_of_mesh() -> str:
+    """The mesh is in Edit Mode, where Blender does not tell what enters a modifier."""
+    return Sentence("In Edit Mode the mesh shows the shape from before: it is computed again when you leave it.")
+
+
+def left_behind(lattice: str, name: str) -> str:
+    """The lattice stays where it is when the object of this name moves."""
+    return Sentence(
+        "The lattice “{lattice}” does not move along with “{name}”, which then slides through it: make it a child of"
+        " “{name}”, or both children of one parent",
+        lattice=lattice,
+        name=name,
     )
 
 
@@ -375,7 +392,30 @@ def solo_key(name: str) -> str:
     return Sentence("“{name}” shows one shape key alone: turn Solo off in its shape keys first.", name=name)
 
 
+BROKEN_EDGES = re.compile(r"(\d+) edges are (open|non-manifold|inconsistently wound)")
+"""How the native library counts the edges for which a surface encloses nothing."""
+
+
+def not_closed(counts: dict[str, str]) -> str:
+    """The mesh encloses nothing; number of edges of each kind in ``BROKEN_EDGES``."""
+    said = {
+        "open": Sentence("{count} edges are open: close the holes.", count=counts.get("open")),
+        "non-manifold": Sentence(
+            "{count} edges have more than two faces: remove the inner faces.", count=counts.get("non-manifold")
+        ),
+        "inconsistently wound": Sentence(
+            "Along {count} edges the faces look opposite ways: recalculate the normals.",
+            count=counts.get("inconsistently wound"),
+        ),
+    }
+    head = Sentence("The mesh is not closed, so it deforms without keeping a volume.")
+    return together([head, *(said[kind] for kind in counts)])
+
+
 def sentence(error: Exception) -> str:
     """What an error of the native library says, as a sentence of its own."""
     text = str(error)
+    broken = {kind: count for count, kind in BROKEN_EDGES.findall(text)}
+    if broken:
+        return not_closed(broken)
     return f"{text[:1].upper()}{text[1:]}{'' if text.endswith('.') else '.'}"

@@ -448,5 +448,13 @@ TEXTS = {
     "“{lattice}” was already shaped when the rest of “{name}” was set, and jelly comes to rest in the undeformed box: Clear Rest first.": "„{lattice}“ war schon verformt, als die Ruhelage von „{name}“ gesetzt wurde, Gelee aber kommt im unverformten Quader zur Ruhe: zuerst die Ruhelage lösen.",
     "“{name}” is a library override, which cannot keep its speed: make it local first": "„{name}“ ist eine Bibliotheksüberschreibung, die ihre Geschwindigkeit nicht behalten kann: es zuerst lokal machen",
     "“{name}” shows a simulation: free that first, and simulate again afterwards.": "„{name}“ zeigt eine Simulation: sie zuerst freigeben und danach erneut simulieren.",
+    "Follow Object": "Dem Objekt folgen",
+    "Make the lattice a child of the active object, so that it moves along with it": "Macht das Gitter zum Kind des aktiven Objekts, sodass es sich mit ihm bewegt",
+    "In Edit Mode the mesh shows the shape from before: it is computed again when you leave it.": "Im Bearbeitungsmodus zeigt das Netz die Form von vorher: sie wird beim Verlassen neu berechnet.",
+    "The lattice “{lattice}” does not move along with “{name}”, which then slides through it: make it a child of “{name}”, or both children of one parent": "Das Gitter „{lattice}“ bewegt sich nicht mit „{name}“, das dann hindurchgleitet: es zum Kind von „{name}“ machen oder beide zu Kindern desselben Objekts",
+    "Along {count} edges the faces look opposite ways: recalculate the normals.": "Entlang von {count} Kanten schauen die Flächen in entgegengesetzte Richtungen: die Normalen neu berechnen.",
+    "The mesh is not closed, so it deforms without keeping a volume.": "Das Netz ist nicht geschlossen, also verformt es sich, ohne ein Volumen zu halten.",
+    "{count} edges are open: close the holes.": "{count} Kanten sind offen: die Löcher schließen.",
+    "{count} edges have more than two faces: remove the inner faces.": "{count} Kanten haben mehr als zwei Flächen: die inneren Flächen entfernen.",
 }
 """English to German."""

@@ -68,6 +68,12 @@ def _layers(layer: bpy.types.LayerCollection) -> list[bpy.types.LayerCollection]
     return [layer, *(found for child in layer.children for found in _layers(child))]
 
 
+def make_child(lattice: bpy.types.Object, obj: bpy.types.Object) -> None:
+    """Has the lattice move along with the object, from where it stands."""
+    lattice.parent = obj
+    lattice.matrix_parent_inverse = obj.matrix_world.inverted_safe()
+
+
 def lock_interface(scene: bpy.types.Scene) -> bool:
     """Has Blender lock its interface during renders, so that nobody edits what handlers write; whether it was off."""
     was_off = not scene.render.use_lock_interface

@@ -57,7 +57,7 @@ def file_loaded(*_arguments: object) -> None:
 
 def recompute() -> None:
     """Has every object of ours evaluated anew, with nothing remembered."""
-    state.clear()
+    state.start_file()
     for obj in stack.users(node_group.all_groups()):
         obj.update_tag(refresh={"DATA"})
 
@@ -76,7 +76,7 @@ HANDLERS = (
 
 def register() -> None:
     """Hangs the handlers into Blender."""
-    state.clear()
+    state.start_file()
     for event, handler in HANDLERS:
         getattr(bpy.app.handlers, event).append(handler)
 

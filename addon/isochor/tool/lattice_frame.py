@@ -52,6 +52,20 @@ def of(modifier: bpy.types.NodesModifier, depsgraph: bpy.types.Depsgraph) -> Lat
     return LatticeFrame(matrix, low, high)
 
 
+def goes_along(lattice: bpy.types.Object, obj: bpy.types.Object) -> bool:
+    """Whether the lattice moves with the object: as its child, as a child of the same parent, or by a constraint."""
+    return bool(lattice.constraints) or not _line(lattice).isdisjoint(_line(obj))
+
+
+def _line(obj: bpy.types.Object) -> set[bpy.types.Object]:
+    """The object and its parents, all the way up."""
+    found = set()
+    while obj is not None:
+        found.add(obj)
+        obj = obj.parent
+    return found
+
+
 def entering(
     obj: bpy.types.Object, modifier: bpy.types.NodesModifier, depsgraph: bpy.types.Depsgraph
 ) -> NDArray[np.float64]:

@@ -22,8 +22,14 @@ def clear() -> None:
     with _lock:
         _memories.clear()
         frame_memory.clear()
-        _printed.clear()
         _edits.clear()
+
+
+def start_file() -> None:
+    """Forgets everything, and what was printed: in another file it is to be said again."""
+    with _lock:
+        clear()
+        _printed.clear()
 
 
 def forget(objects: list[bpy.types.Object]) -> None:

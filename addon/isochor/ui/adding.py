@@ -47,6 +47,11 @@ class ISOCHOR_OT_add(bpy.types.Operator):
         soft_max=1.0,
     )
 
+    follow: bpy.props.BoolProperty(
+        name="Follow Object",
+        description="Make the lattice a child of the active object, so that it moves along with it",
+    )
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if chosen_meshes(context):
@@ -71,6 +76,8 @@ class ISOCHOR_OT_add(bpy.types.Operator):
         axes = fitted_axes(self.fit, points, np.array(objects[0].matrix_world))
         matrix = box_matrix(points, axes, self.margin, shape, self.basis)
         lattice = adding.new_lattice(f"{objects[0].name} Lattice", shape, matrix, context, objects[0])
+        if self.follow:
+            adding.make_child(lattice, objects[0])
         if adding.lock_interface(context.scene):
             self.report({"INFO"}, "Lock Interface is now on in the Render menu: renders need it")
         problems = adding.add_modifiers(objects, lattice, self.basis, context)

@@ -44,7 +44,7 @@ def draw_numbers(layout: bpy.types.UILayout, obj: bpy.types.Object, modifier: bp
     """The numbers of one modifier, as its own panel shows them: keys and drivers can be put here too."""
     known = [name for name in NUMBERS if name in sockets.identifiers(modifier.node_group)]
     column = layout.column(align=True)
-    column.label(text=obj.name, icon="MOD_LATTICE")
+    column.label(text=obj.name, icon="MOD_LATTICE", translate=False)
     for name in known:
         owner, path = sockets.property_of(modifier, name)
         column.prop(owner, path, text=name)

@@ -9,7 +9,7 @@ import bpy
 from ..core import problem
 from ..core.kinds import Kind
 from ..core.words import Sentence, listed, sentence
-from ..tool import drivers, sockets, words
+from ..tool import drivers, lattice_frame, sockets, words
 from .choosing import active_object, chosen_modifiers
 
 Pairs = list[tuple[bpy.types.Object, bpy.types.NodesModifier]]
@@ -25,6 +25,8 @@ class Driving:
     """For operators that put drivers on the inputs of the chosen modifiers, in ``put``."""
 
     bl_options = {"REGISTER", "UNDO"}
+    moves = False
+    """Whether the driver makes sense only where the lattice moves along with the object."""
     if TYPE_CHECKING:
         report: Callable[[set[str], str], None]
         poll_message_set: Callable[[str], None]
@@ -48,6 +50,10 @@ class Driving:
         except Refused as reason:
             self.report({"ERROR"}, words.reported(reason.sentence))
             return {"CANCELLED"}
+        for obj, modifier in chosen_modifiers(context):
+            lattice = sockets.read(modifier, sockets.LATTICE)
+            if self.moves and not lattice_frame.goes_along(lattice, obj):
+                self.report({"WARNING"}, words.reported(problem.left_behind(lattice.name, obj.name)))
         return {"FINISHED"}
 
     def put(self, context: bpy.types.Context, pairs: Pairs) -> None:

@@ -72,6 +72,7 @@ def draw_modifier_entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> No
 
 def draw_object_entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
     """A menu of our own in the Object menu of the 3D View, and in the Lattice menu of a lattice's Edit Mode."""
+    menu.layout.separator()
     menu.layout.menu(VIEW3D_MT_isochor.__name__, icon="MOD_LATTICE")
 
 

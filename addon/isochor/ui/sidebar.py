@@ -73,7 +73,7 @@ def draw_modifier(
 ) -> None:
     """One modifier's problems and numbers under its name, text in lines of ``width`` letters."""
     layout.label(text=name, icon="MOD_LATTICE", translate=False)
-    for text in notes(modifier):
+    for text in notes(obj, modifier):
         draw_text(layout, text, "INFO", width)
     memory = state.recall(obj, modifier)
     if memory is None:
@@ -97,11 +97,12 @@ def is_playing() -> bool:
     return screen is not None and bool(screen.is_animation_playing)
 
 
-def notes(modifier: bpy.types.NodesModifier) -> list[str]:
+def notes(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> list[str]:
     """What is not wrong, and yet perhaps not what the animator believes."""
+    frozen = [problem.in_edit_mode_of_mesh()] if obj.mode == "EDIT" else []
     lattice = sockets.read(modifier, sockets.LATTICE)
     deleted = lattice is not None and lattice.library is None and not lattice.users_collection
-    return [problem.in_no_scene(lattice.name)] if deleted else []
+    return [*frozen, problem.in_no_scene(lattice.name)] if deleted else frozen
 
 
 def draw_text(layout: bpy.types.UILayout, text: str, icon: str, width: int) -> None:
@@ -133,7 +134,10 @@ def rows(report: Report) -> list[tuple[str, str]]:
 
 def percent(volume: float, target: float) -> str:
     """Gain or loss against the target, signed."""
-    return f"{(volume / target - 1.0) * 100.0:+.1f} %" if target else "–"
+    if not target:
+        return "–"
+    change = round((volume / target - 1.0) * 100.0, 1)
+    return f"{change:+.1f} %" if change else "0 %"
 
 
 def register() -> None:

@@ -25,6 +25,7 @@ class ISOCHOR_OT_squash_from_speed(Driving, bpy.types.Operator):
 
     bl_idname = "isochor.squash_from_speed"
     bl_label = "Squash from Speed"
+    moves = True
 
     frame_start: bpy.props.IntProperty(
         name="Start", description="First frame; the scene's unless set", options={"SKIP_SAVE"}
