@@ -427,19 +427,19 @@ def test_deleting_the_lattice_in_the_viewport_is_told_and_can_be_undone():
     ball, lattice, modifier = squashed_ball()
     low = height(ball)
     notes = scenes.part("ui.sidebar").notes
-    assert notes(modifier) == []
+    assert notes(modifier.id_data, modifier) == []
     bpy.ops.ed.undo_push(message="before")
     scenes.choose(lattice)
     bpy.ops.object.delete()
     bpy.context.view_layer.update()
     # As all that a Geometry Nodes modifier refers to, it stays in the file and goes on to shape the mesh.
     assert height(ball) == low
-    (text,) = notes(modifier)
+    (text,) = notes(modifier.id_data, modifier)
     assert "“Ball Cage” is in no scene" in text
     scenes.set_input(modifier, "Lattice", None)
     bpy.context.view_layer.update()
     assert height(ball) > 1.9
-    assert notes(modifier) == []
+    assert notes(modifier.id_data, modifier) == []
     bpy.ops.ed.undo_push(message="deleted")
     ball = undone()
     assert abs(height(ball) - low) < 1e-6
