@@ -12,6 +12,7 @@ from ..core.point_cache import SUFFIXES
 from ..core.words import Sentence
 from ..tool import bake_file, bake_keys, bake_lattice, baked, cache_places, frames, words
 from .choosing import chosen_meshes, chosen_modifiers
+from .frames import FrameRange
 from .stepping import Bake, Stepping
 
 Pairs = list[tuple[bpy.types.Object, bpy.types.NodesModifier]]
@@ -63,7 +64,7 @@ FORMATS = (
 )
 
 
-class ISOCHOR_OT_bake(Stepping, bpy.types.Operator):
+class ISOCHOR_OT_bake(Stepping, FrameRange, bpy.types.Operator):
     """Record the deformed mesh over a range of frames, so that it plays and renders without this add-on. The Volume
     Lattice is switched off and kept"""
 
@@ -73,12 +74,6 @@ class ISOCHOR_OT_bake(Stepping, bpy.types.Operator):
 
     format: bpy.props.EnumProperty(
         name="Format", description="What to record to", items=[found[:3] for found in FORMATS]
-    )
-    frame_start: bpy.props.IntProperty(
-        name="Start", description="First frame; the scene's where it is not given", options={"SKIP_SAVE"}
-    )
-    frame_end: bpy.props.IntProperty(
-        name="End", description="Last frame; the scene's where it is not given", options={"SKIP_SAVE"}
     )
     samples: bpy.props.IntProperty(
         name="Samples",
@@ -108,7 +103,7 @@ class ISOCHOR_OT_bake(Stepping, bpy.types.Operator):
         return False
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        self.frame_start, self.frame_end = self.range(context.scene)
+        self.take_frames(context.scene)
         if not self.directory:
             self.directory = cache_places.default_folder()
         if bpy.app.background:
@@ -126,17 +121,11 @@ class ISOCHOR_OT_bake(Stepping, bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         chosen = next(found for found in FORMATS if found.identifier == self.format)
         try:
-            bake = chosen.begin(self, context, chosen_modifiers(context), *self.range(context.scene))
+            bake = chosen.begin(self, context, chosen_modifiers(context), *self.take_frames(context.scene))
         except problem.Problem as trouble:
             self.report({"ERROR"}, words.reported(trouble.sentence))
             return {"CANCELLED"}
         return self.run(context, bake)
-
-    def range(self, scene: bpy.types.Scene) -> tuple[int, int]:
-        """First and last frame: those given, else the scene's."""
-        given = self.properties.is_property_set
-        first = self.frame_start if given("frame_start") else scene.frame_start
-        return first, self.frame_end if given("frame_end") else scene.frame_end
 
     def paths(self, objects: list[bpy.types.Object]) -> list[Path]:
         """A file for each object. Raises Problem where none can be told."""

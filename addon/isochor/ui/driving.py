@@ -47,7 +47,7 @@ class Driving:
     def execute(self, context: bpy.types.Context) -> set[str]:
         try:
             self.put(context, chosen_modifiers(context))
-        except Refused as reason:
+        except problem.Problem as reason:
             self.report({"ERROR"}, words.reported(reason.sentence))
             return {"CANCELLED"}
         for obj, modifier in chosen_modifiers(context):

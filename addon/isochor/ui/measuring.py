@@ -5,16 +5,16 @@ from collections.abc import Generator
 
 import bpy
 
-from ..core import problem
 from ..core.problem import Problem
 from ..core.volume_curve import VolumeCurve, farthest
 from ..core.words import Sentence, named
 from ..tool import volume_curve, words
 from .choosing import chosen_modifiers
+from .frames import FrameRange
 from .stepping import Stepping
 
 
-class ISOCHOR_OT_measure_volume(Stepping, bpy.types.Operator):
+class ISOCHOR_OT_measure_volume(Stepping, FrameRange, bpy.types.Operator):
     """Measure the volume over a range of frames, as the lattice alone deforms the mesh and as corrected, and draw it
     as a curve in the sidebar. Esc breaks it off"""
 
@@ -23,12 +23,6 @@ class ISOCHOR_OT_measure_volume(Stepping, bpy.types.Operator):
     bl_label = "Measure Volume"
     bl_options = {"REGISTER", "UNDO"}
 
-    frame_start: bpy.props.IntProperty(
-        name="Start", description="First frame; the scene's where it is not given", options={"SKIP_SAVE"}
-    )
-    frame_end: bpy.props.IntProperty(
-        name="End", description="Last frame; the scene's where it is not given", options={"SKIP_SAVE"}
-    )
     step: bpy.props.IntProperty(
         name="Step",
         description="Frames from one measured frame to the next",
@@ -69,17 +63,11 @@ class ISOCHOR_OT_measure_volume(Stepping, bpy.types.Operator):
 
     def _measuring(self, context: bpy.types.Context) -> Generator[int, None, list[VolumeCurve]]:
         """The work to do; raises Problem where it cannot be done at all."""
-        scene, given = context.scene, self.properties.is_property_set
-        if not given("frame_start"):
-            self.frame_start = scene.frame_start
-        if not given("frame_end"):
-            self.frame_end = scene.frame_end
-        if self.frame_end < self.frame_start:
-            raise Problem(problem.ends_before(self.frame_start, self.frame_end))
+        first, last = self.take_frames(context.scene)
         self._pairs = chosen_modifiers(context)
-        self._frames = range(self.frame_start, self.frame_end + 1, self.step)
+        self._frames = range(first, last + 1, self.step)
         volume_curve.require_measurable(self._pairs)
-        return volume_curve.measure(scene, context.view_layer, self._pairs, self._frames)
+        return volume_curve.measure(context.scene, context.view_layer, self._pairs, self._frames)
 
 
 def summary(curve: VolumeCurve) -> str:

@@ -10,6 +10,7 @@ from ..core.words import Sentence
 from ..tool import drivers, lattice_frame, sockets, speed
 from ..tool.drivers import Variable
 from .driving import Driving, Pairs, Refused, refuse_taken
+from .frames import FrameRange
 
 DIRECTION_ITEMS = (
     ("ANY", "Any", "The whole speed, whichever way the object moves"),
@@ -19,7 +20,7 @@ STILL = 1e-6
 """Units a second below which an object counts as at rest."""
 
 
-class ISOCHOR_OT_squash_from_speed(Driving, bpy.types.Operator):
+class ISOCHOR_OT_squash_from_speed(Driving, FrameRange, bpy.types.Operator):
     """Stretch with speed: samples how fast each object moves in the world over the frames, keeps it as keys of its
     property "isochor_speed", and drives Squash from that. Run again after changing the motion"""
 
@@ -27,12 +28,6 @@ class ISOCHOR_OT_squash_from_speed(Driving, bpy.types.Operator):
     bl_label = "Squash from Speed"
     moves = True
 
-    frame_start: bpy.props.IntProperty(
-        name="Start", description="First frame; the scene's unless set", options={"SKIP_SAVE"}
-    )
-    frame_end: bpy.props.IntProperty(
-        name="End", description="Last frame; the scene's unless set", options={"SKIP_SAVE"}
-    )
     direction: bpy.props.EnumProperty(name="Direction", description="Which speed counts", items=DIRECTION_ITEMS)
     stretch: bpy.props.FloatProperty(
         name="Stretch",
@@ -53,7 +48,7 @@ class ISOCHOR_OT_squash_from_speed(Driving, bpy.types.Operator):
         refuse_taken(pairs, (sockets.SQUASH,), self.replace)
         for obj, _modifier in pairs:
             refuse_unkeyable(obj)
-        start, end = self.frames(context.scene)
+        start, end = self.take_frames(context.scene)
         speeds = self.speeds(context, pairs, start, end)
         for (obj, _modifier), found in zip(pairs, speeds, strict=True):
             if found.max() <= STILL:
@@ -72,22 +67,6 @@ class ISOCHOR_OT_squash_from_speed(Driving, bpy.types.Operator):
             given = [Variable("speed", obj, speed.PATH)]
             drivers.put(obj, modifier, sockets.SQUASH, expression, given, shares=True)
         context.view_layer.update()
-
-    def frames(self, scene: bpy.types.Scene) -> tuple[int, int]:
-        """First and last frame, the scene's where the properties are not set; shown in the redo panel afterwards."""
-        if not self.properties.is_property_set("frame_start"):
-            self.frame_start = scene.frame_start
-        if not self.properties.is_property_set("frame_end"):
-            self.frame_end = scene.frame_end
-        if self.frame_end < self.frame_start:
-            raise Refused(
-                Sentence(
-                    "End: frame {end} is before the start, {start}; make it later",
-                    end=self.frame_end,
-                    start=self.frame_start,
-                )
-            )
-        return self.frame_start, self.frame_end
 
     def speeds(self, context: bpy.types.Context, pairs: Pairs, start: int, end: int) -> list[NDArray[np.float64]]:
         """(F,) world units a second of each object, frame by frame."""
