@@ -2,6 +2,7 @@
 """The operators that put ready drivers: from a ground, a bone and an empty; simple expressions all of them."""
 
 import math
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -387,3 +388,33 @@ def test_names_with_quotes_do_not_break_the_paths():
     bpy.context.view_layer.update()
     assert evaluated_input(ball, modifier, "Bend") > 0.5
     assert all(curve.driver.is_valid for curve in all_drivers())
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "given"),
+    [("squash_ground", "squash_from_ground", "ground"), ("twist_bone", "twist_from_bone", "armature")],
+)
+def test_a_target_that_the_selection_does_not_tell_is_asked_for(module, name, given, monkeypatch):
+    ball, _modifier = ball_that_carries_its_lattice()
+    select(ball)
+    driving = scenes.part("ui.driving")
+    asked = []
+
+    def ask(operator, **_options):
+        asked.append(operator)
+        return {"RUNNING_MODAL"}
+
+    manager = SimpleNamespace(invoke_props_dialog=ask)
+    window = SimpleNamespace(window_manager=manager, view_layer=bpy.context.view_layer, object=ball)
+    asks = getattr(scenes.part(f"ui.{module}"), f"ISOCHOR_OT_{name}").asks_for
+    operator = SimpleNamespace(asks_for=asks, execute=lambda _context: {"FINISHED"}, **{given: ""})
+    monkeypatch.setattr(driving, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
+    assert driving.Driving.invoke(operator, window, None) == {"RUNNING_MODAL"}
+    assert asked == [operator]
+    other = bpy.data.objects.new("Other", bpy.data.armatures.new("Other"))
+    bpy.context.scene.collection.objects.link(other)
+    other.select_set(True)
+    assert driving.Driving.invoke(operator, window, None) == {"FINISHED"}
+    other.select_set(False)
+    setattr(operator, given, "Other")
+    assert driving.Driving.invoke(operator, window, None) == {"FINISHED"}

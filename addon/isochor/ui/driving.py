@@ -25,6 +25,8 @@ class Driving:
     """For operators that put drivers on the inputs of the chosen modifiers, in ``put``."""
 
     bl_options = {"REGISTER", "UNDO"}
+    asks_for: tuple[str, tuple[str, ...]] = ("", ())
+    """The property that names the target, empty where none is needed; the kinds of object that it can be, or any."""
     moves = False
     """Whether the driver makes sense only where the lattice moves along with the object."""
     if TYPE_CHECKING:
@@ -43,6 +45,14 @@ class Driving:
             return True
         cls.poll_message_set(NOTHING_CHOSEN)
         return False
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Asks for the target where the selection does not tell it."""
+        name, kinds = self.asks_for
+        told = not name or getattr(self, name) or len(beside(context, chosen_modifiers(context), kinds)) == 1
+        if told or bpy.app.background:
+            return self.execute(context)
+        return context.window_manager.invoke_props_dialog(self, width=380)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         try:

@@ -28,6 +28,7 @@ class ISOCHOR_OT_squash_from_ground(Driving, bpy.types.Operator):
 
     bl_idname = "isochor.squash_from_ground"
     bl_label = "Squash from Ground"
+    asks_for = ("ground", ())
     moves = True
 
     ground: bpy.props.StringProperty(

@@ -23,6 +23,7 @@ class ISOCHOR_OT_twist_from_bone(Driving, bpy.types.Operator):
 
     bl_idname = "isochor.twist_from_bone"
     bl_label = "Twist from Bone"
+    asks_for = ("armature", ("ARMATURE",))
 
     armature: bpy.props.StringProperty(
         name="Armature",
