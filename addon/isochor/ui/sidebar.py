@@ -83,8 +83,9 @@ def draw_modifier(
         draw_text(layout, text, "ERROR", width)
     if memory.report.inside_out:
         draw_text(layout, problem.INSIDE_OUT, "INFO", width)
-    if not is_playing():
-        draw_text(layout, memory.cuts.note(memory.report, memory.faces), "INFO", width)
+    drawn = "" if is_playing() else memory.cuts.note(memory.report, memory.faces)
+    if drawn:
+        draw_text(layout, drawn, "INFO", width)
     grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
     for name, value in rows(memory.report):
         grid.label(text=name, translate=False)
