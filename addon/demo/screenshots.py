@@ -5,7 +5,6 @@ Use, on an X display, with BLENDER_USER_RESOURCES naming an empty folder (run_sc
     blender --factory-startup --window-geometry 0 0 1600 1000 --python screenshots.py -- --zip ….zip --out FOLDER
 """
 
-import argparse
 import sys
 from math import radians
 from pathlib import Path
@@ -18,7 +17,7 @@ sys.path.insert(0, str(HERE))
 
 import screenshot_scenes as scenes  # noqa: E402
 import window  # noqa: E402
-from blender_session import EXTENSION, command_arguments, install_extension  # noqa: E402
+from blender_session import EXTENSION  # noqa: E402
 from volume_lattice import find_volume_lattice, set_input  # noqa: E402
 
 
@@ -183,15 +182,5 @@ def everything(out: Path) -> window.Steps:
         raise RuntimeError(f"the overlay could not always be drawn: {complaints}")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--zip", type=Path, required=True, help="the built extension")
-    parser.add_argument("--out", type=Path, required=True, help="folder for the pictures")
-    chosen = parser.parse_args(command_arguments())
-    bpy.context.preferences.view.show_splash = False
-    install_extension(chosen.zip)
-    window.run(lambda: everything(chosen.out.resolve()))
-
-
 if __name__ == "__main__":
-    main()
+    window.main(__doc__.splitlines()[0], everything)

@@ -4,6 +4,7 @@
 Runs inside Blender on an X display; Blender's Python needs Pillow.
 """
 
+import argparse
 import os
 import sys
 import traceback
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+from blender_session import command_arguments, install_extension
 from PIL import Image, ImageGrab
 
 PAUSE = 0.25
@@ -84,6 +86,17 @@ def picture(place: Path, around: bpy.types.Area | bpy.types.Region | None = None
     place.parent.mkdir(parents=True, exist_ok=True)
     whole.save(place, optimize=True)
     print(f"{place.name}: {whole.width} x {whole.height}", flush=True)
+
+
+def main(description: str, everything: Callable[[Path], Steps]) -> None:
+    """Installs the extension that the command line names, and takes the steps with the folder for their pictures."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--zip", type=Path, required=True, help="the built extension")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the pictures")
+    chosen = parser.parse_args(command_arguments())
+    bpy.context.preferences.view.show_splash = False
+    install_extension(chosen.zip)
+    run(lambda: everything(chosen.out.resolve()))
 
 
 def run(begin: Callable[[], Steps]) -> None:

@@ -1,18 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """isochor.Elastic: laws of motion through Python, and what it refuses."""
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import isochor
 import meshes
 import numpy as np
 import pytest
 from isochor import Elastic, ElasticError, Lattice, LatticeError, MeshError
 from refusals import refused
-from test_threads import longest_silence
+from test_threads import digest, longest_silence
 
 NAN, INF = float("nan"), float("inf")
 FRAME = 1.0 / 24.0
@@ -93,22 +88,8 @@ print(hashlib.sha256(body.control.tobytes() + body.velocity.tobytes()).hexdigest
 """
 
 
-def digest(threads: int) -> str:
-    done = subprocess.run(
-        [sys.executable, "-c", DIGEST],
-        cwd=Path(__file__).parent,
-        env={**os.environ, "RAYON_NUM_THREADS": str(threads)},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout.strip()
-
-
 def test_the_same_bits_on_any_number_of_threads():
-    assert len({digest(threads) for threads in (1, 1, 2, 5)}) == 1
+    assert len({digest(DIGEST, threads) for threads in (1, 1, 2, 5)}) == 1
 
 
 def test_python_runs_on_meanwhile():

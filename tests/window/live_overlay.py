@@ -2,7 +2,6 @@
 """The overlay and the measuring of volumes in a real window: what is drawn, when it is sent to the graphics card, what
 Esc, undo, playback, local view and deleting do. run_window_tests.py runs it."""
 
-import argparse
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -14,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "addon" / "demo"))
 
 import screenshot_scenes as scenes
 import window
-from blender_session import EXTENSION, command_arguments, install_extension
+from blender_session import EXTENSION
 from PIL import Image
 
 TEAL = (64, 199, 219)
@@ -186,15 +185,5 @@ def everything(out: Path) -> window.Steps:
     yield from losing(view)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--zip", type=Path, required=True, help="the built extension")
-    parser.add_argument("--out", type=Path, required=True, help="folder for the pictures")
-    chosen = parser.parse_args(command_arguments())
-    bpy.context.preferences.view.show_splash = False
-    install_extension(chosen.zip)
-    window.run(lambda: everything(chosen.out.resolve()))
-
-
 if __name__ == "__main__":
-    main()
+    window.main(__doc__.splitlines()[0], everything)

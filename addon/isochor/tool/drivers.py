@@ -12,8 +12,6 @@ OWN = frozenset(
     "height ground speed roll ex ey ez ox oy oz ax ay az bx by bz cx cy cz".split(),
 )
 """Names of the variables that the add-on's drivers use; a driver with any other is somebody else's."""
-LONGEST = 255
-"""Letters that Blender keeps of an expression."""
 
 
 @dataclass(frozen=True)

@@ -55,12 +55,13 @@ class Driving:
         return context.window_manager.invoke_props_dialog(self, width=380)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
+        pairs = chosen_modifiers(context)
         try:
-            self.put(context, chosen_modifiers(context))
+            self.put(context, pairs)
         except problem.Problem as reason:
             self.report({"ERROR"}, words.reported(reason.sentence))
             return {"CANCELLED"}
-        for obj, modifier in chosen_modifiers(context):
+        for obj, modifier in pairs:
             lattice = sockets.read(modifier, sockets.LATTICE)
             if self.moves and not lattice_frame.goes_along(lattice, obj):
                 self.report({"WARNING"}, words.reported(problem.left_behind(lattice.name, obj.name)))
