@@ -188,8 +188,8 @@ class Correction:
         return control
 
     def linearised(self, control: Array, targets: Array) -> tuple[Array, Array]:
-        """Rows (3 m + bodies, 3 N) on all three directions at once and what they must give, volumes linear about `control`."""
-        assert np.allclose(self.directions @ self.directions.T, np.eye(3)), "in an oblique frame axes are not independent"
+        """Rows (3 m + bodies, 3 N) on all three directions at once, linear about `control`, and what they must give."""
+        assert np.allclose(self.directions @ self.directions.T, np.eye(3)), "axes of an oblique frame are coupled"
         rows, moves = self.moves()
         pins = np.kron(np.eye(3), rows)
         slopes = (self.solid.gradients(control) @ self.directions.T) * (self.shares > 0)
