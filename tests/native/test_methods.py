@@ -227,10 +227,13 @@ def test_nothing_to_do_is_nothing_done(method):
     ],
 )
 def test_lengths_of_a_squashed_sphere(height, expected):
-    """In a cubic lattice of 10³, uniform knots: what the methods cost, to the digits known."""
-    spec = Spec((10, 10, 10), "bspline", 3, "uniform")
+    """A unit sphere that fills a lattice of 10³, cubic and clamped: what the methods cost, to the digits known.
+
+    "Nearest" has saddles here, 4.65 for 4.57, where a method that only looks for stationary points may end.
+    """
+    spec = Spec((10, 10, 10), "bspline", 3, "clamped", (-1, -1, -1), ((2, 0, 0), (0, 2, 0), (0, 0, 2)))
     control = lattices.deformed(spec, "squash", 1 - height)
-    binding = spec.build().bind(*meshes.icosphere(3))
+    binding = spec.build().bind(*meshes.icosphere(3, 1.0, (0, 0, 0)))
     for method, length in expected.items():
         result = binding.preserve(control, method=method)
         assert result.method == method
