@@ -168,7 +168,16 @@ class Correction:
         side = np.sign(change * coefficients[1])
         ahead = sorted(abs(t) for t in roots if t * side > 0)
         limit = min((abs(t) for t in turns if t * side > 0), default=np.inf)
-        return side * ahead[0] if ahead and ahead[0] <= limit else None
+        return self._polished(side * ahead[0]) if ahead and ahead[0] <= limit else None
+
+    def _polished(self, t: float) -> float:
+        """The root after two of Newton's steps on the volume itself: coefficients of a nearly flat mesh are rough."""
+        (coefficients, along), pinned = self.cubic(), self.pinned()
+        for _ in range(2):
+            slope = coefficients[1] + t * (2 * coefficients[2] + t * 3 * coefficients[3])
+            excess = self.solid.volumes(self.moved(pinned, t * along))[0] - self.targets()[0]
+            t -= excess / slope if slope else 0.0
+        return t
 
     def gradient(self) -> Array | None:
         """One exact step along the gradient; None where there is no root to go to."""
