@@ -221,14 +221,18 @@ impl<T: Scalar> Binding<T> {
     /// [`Error::Mesh`] where the triangles enclose no volume, or for another number of vertices.
     pub fn measure(&self, vertices: &[[T; 3]]) -> Result<Measure> {
         self.surface()?;
-        if vertices.len() != self.vertices.len() {
-            return Err(Error::Mesh(format!(
-                "vertices: found {}, expected the {} that were bound",
-                vertices.len(),
-                self.vertices.len()
-            )));
-        }
+        self.check_count(vertices.len())?;
         Ok(self.measure_vertices(vertices))
+    }
+
+    pub(crate) fn check_count(&self, found: usize) -> Result<()> {
+        if found == self.vertices.len() {
+            return Ok(());
+        }
+        Err(Error::Mesh(format!(
+            "vertices: found {found}, expected the {} that were bound",
+            self.vertices.len()
+        )))
     }
 
     fn measure_vertices(&self, vertices: &[[T; 3]]) -> Measure {
