@@ -61,6 +61,7 @@ mod frames;
 pub mod kernels;
 mod mesh;
 pub mod pack;
+mod parts;
 mod passes;
 pub mod twins;
 pub mod types;

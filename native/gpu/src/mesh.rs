@@ -3,14 +3,15 @@
 
 use std::sync::{Arc, Mutex};
 
-use isochor_core::{Binding, DMat3, DVec3, Method, Plan, Preserve, Preserved, Scalar};
+use isochor_core::{Binding, DMat3, DVec3, Measure, Method, Plan, Preserve, Preserved, Scalar};
 use rayon::prelude::*;
 
 use crate::device::{Device, locked};
 use crate::error::{Error, Failure, Result};
 use crate::frames::{Frames, Reading};
 use crate::pack::Packed;
-use crate::passes::OnDevice;
+use crate::parts::Parts;
+use crate::passes::{OnDevice, Uploaded};
 use crate::twins::two_float;
 use crate::types::{Frame, Turn};
 
@@ -33,6 +34,8 @@ const NEGLIGIBLE: f64 = TOLERANCE / 4.0;
 pub struct Mesh {
     device: Arc<Device>,
     frames: Mutex<Frames>,
+    /// Where there are several bodies.
+    parts: Option<Parts>,
     unit: f64,
     /// Longest edge of the lattice's domain.
     size: f64,
@@ -82,7 +85,9 @@ impl Mesh {
             return Err(Error::TooLarge("GPU: the mesh has no vertices; use the CPU".into()));
         }
         let frames = Mutex::new(Frames::new(&device, &packed)?);
-        Ok(Self { device, frames, unit: packed.unit, size: packed.size, is_still: packed.is_still() })
+        let bodies = binding.body_count();
+        let parts = (bodies > 1).then(|| Parts::new(&packed, bodies));
+        Ok(Self { device, frames, parts, unit: packed.unit, size: packed.size, is_still: packed.is_still() })
     }
 
     /// The device.
@@ -194,7 +199,8 @@ impl Mesh {
         }
         let frame = self.frame(binding, &plan.control, options, plan);
         let frames = locked(&self.frames);
-        let mut passes = OnDevice::new(&frames, frame, self.unit, plan)?;
+        let uploaded = Uploaded { binding, frames: &frames, parts: self.parts.as_ref(), unit: self.unit };
+        let mut passes = OnDevice::new(uploaded, frame, plan)?;
         let preserved = plan.carry_out(&mut passes)?;
         passes.moved(|moved| self.add_moved(binding, moved, out))?;
         drop(frames);
@@ -370,9 +376,9 @@ fn is_close<T: Scalar>(
     if preserved.targets.is_empty() {
         return Ok(true);
     }
-    let volume = binding.measure(out)?.volume;
-    let target = preserved.target();
-    Ok((volume - target).abs() <= TOLERANCE * target.abs())
+    let bodies = binding.measures(out)?;
+    let is_met = |(body, target): (&Measure, &f64)| (body.volume - target).abs() <= TOLERANCE * target.abs();
+    Ok(bodies.iter().zip(&preserved.targets).all(is_met))
 }
 
 /// One exact step along one axis, from the control points that the device found.
