@@ -10,11 +10,15 @@
 
 mod basis;
 mod binding;
+mod determinant;
 pub mod elastic;
 mod embedding;
 mod engine;
 mod error;
+mod fold_search;
+mod folds;
 mod inversion;
+mod jacobian;
 mod kernels;
 mod lanes;
 mod lattice;
@@ -26,12 +30,14 @@ mod sum;
 mod surface;
 mod vertices;
 mod walks;
+mod weights;
 mod words;
 
 pub use basis::{AxisBasis, MAX_POINTS, Span};
 pub use binding::Binding;
 pub use elastic::Elastic;
 pub use error::{Error, Result};
+pub use folds::{DEPTH, FoldTest, Folds, Verdict};
 pub use glam::{DMat3, DVec3};
 pub use inversion::Preimage;
 pub use lattice::{FACE_TOLERANCE, FACE_TOLERANCE_F32, Lattice};
