@@ -264,9 +264,9 @@ fn blossoms(knots: &[f64], degree: usize, m: usize) -> Vec<Vec<f64>> {
                 for i in (step..=degree).rev() {
                     let (left, right) = (knots[m - degree + i], knots[m + 1 + i - step]);
                     let (up, down) = ((at - left) / (right - left), (right - at) / (right - left));
-                    for column in 0..=degree {
-                        rows[i][column] = up * rows[i][column] + down * rows[i - 1][column];
-                    }
+                    let (below, here) = rows.split_at_mut(i);
+                    let pairs = here[0].iter_mut().zip(&below[i - 1]);
+                    pairs.for_each(|(here, below)| *here = up * *here + down * below);
                 }
             }
             rows.swap_remove(degree)

@@ -103,6 +103,8 @@ struct Samples {
     first_point: usize,
     weights: Vec<f64>,
     slopes: Vec<f64>,
+    /// Length of the part of the domain that the sample stands for.
+    length: f64,
 }
 
 /// Two shapes of a lattice, compared.
@@ -127,7 +129,7 @@ impl<'a> Changes<'a> {
             for (i, weight) in s.weights.iter().enumerate() {
                 let start = (s.first_point + i) * nv * nw;
                 for (sum, part) in sums[start..].iter_mut().zip(&layer) {
-                    (0..2).for_each(|n| sum[n] += weight * part[n]);
+                    (0..2).for_each(|n| sum[n] += s.length * weight * part[n]);
                 }
             }
         }
@@ -140,7 +142,9 @@ impl<'a> Changes<'a> {
         let mut sums = vec![[0.0; 2]; nv * nw];
         for t in &self.samples[1] {
             for u in &self.samples[2] {
-                let [now, before] = self.shapes.map(|shape| self.jacobian(shape, [s, t, u]).determinant());
+                let area = t.length * u.length;
+                let [now, before] =
+                    self.shapes.map(|shape| area * self.jacobian(shape, [s, t, u]).determinant());
                 for (j, b) in t.weights.iter().enumerate() {
                     let row = (t.first_point + j) * nw + u.first_point;
                     for (sum, c) in sums[row..].iter_mut().zip(&u.weights) {
@@ -173,8 +177,7 @@ impl<'a> Changes<'a> {
     }
 }
 
-/// `degree + 1` samples in each cell of an axis, in the middles of equal parts. Each stands for its part's length, so basis functions
-/// are multiplied by that.
+/// `degree + 1` samples in each cell of an axis, in the middles of equal parts.
 fn samples(axis: &AxisBasis) -> Vec<Samples> {
     let count = axis.degree() + 1;
     let of_cell = |cell: usize| {
@@ -184,7 +187,7 @@ fn samples(axis: &AxisBasis) -> Vec<Samples> {
             let t = start + (end - start) * (part as f64 + 0.5) / count as f64;
             let (mut weights, mut slopes) = (vec![0.0; count], vec![0.0; count]);
             span.evaluate_with_slopes(t, &mut weights, &mut slopes);
-            Samples { first_point, weights, slopes }
+            Samples { first_point, weights, slopes, length: (end - start) / count as f64 }
         })
     };
     (0..axis.cells()).flat_map(of_cell).collect()
