@@ -10,14 +10,21 @@
 
 mod basis;
 mod binding;
+<<<<<<< HEAD
 mod bodies;
 mod broken;
 mod caps;
+=======
+mod determinant;
+>>>>>>> folds
 pub mod elastic;
 mod embedding;
 mod engine;
 mod error;
+mod fold_search;
+mod folds;
 mod inversion;
+mod jacobian;
 mod kernels;
 mod lanes;
 mod lattice;
@@ -29,6 +36,7 @@ mod sum;
 mod surface;
 mod vertices;
 mod walks;
+mod weights;
 mod words;
 
 pub use basis::{AxisBasis, MAX_POINTS, Span};
@@ -36,6 +44,7 @@ pub use binding::{Bind, Binding};
 pub use bodies::Bodies;
 pub use elastic::Elastic;
 pub use error::{Error, Result};
+pub use folds::{DEPTH, FoldTest, Folds, Verdict};
 pub use glam::{DMat3, DVec3};
 pub use inversion::Preimage;
 pub use lattice::{FACE_TOLERANCE, FACE_TOLERANCE_F32, Lattice};
