@@ -10,13 +10,10 @@
 
 mod basis;
 mod binding;
-<<<<<<< HEAD
 mod bodies;
 mod broken;
 mod caps;
-=======
 mod determinant;
->>>>>>> folds
 pub mod elastic;
 mod embedding;
 mod engine;
