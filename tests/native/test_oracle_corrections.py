@@ -111,7 +111,7 @@ def test_nearest_is_a_kkt_point_and_the_others_are_no_shorter(options):
 
 
 def test_nearest_against_slsqp():
-    spec = Spec((3, 3, 2))
+    spec = Spec((3, 2, 2))
     solid = Solid.of(Embedded.of(spec, *meshes.icosphere(1)))
     control = spec.centre + (lattices.noisy(spec, 0.1) - spec.centre) * [1, 1, 0.4]
     asked = Correction(solid, control)
