@@ -353,7 +353,7 @@ fn close<T: Scalar>(
     let closing = Preserve {
         axes,
         method: Method::Sweep,
-        target: Some(preserved.target()),
+        target: Some(vec![preserved.target()]),
         amount: 1.0,
         ..options.clone()
     };
