@@ -55,13 +55,7 @@ impl<T: Scalar> Binding<T> {
     /// [`Error::Mesh`] where the triangles enclose no volume, or for another number of vertices.
     pub fn measures(&self, vertices: &[[T; 3]]) -> Result<Vec<Measure>> {
         let surface = self.surface()?;
-        if vertices.len() != self.vertices().len() {
-            return Err(Error::Mesh(format!(
-                "vertices: found {}, expected the {} that were bound",
-                vertices.len(),
-                self.vertices().len()
-            )));
-        }
+        self.check_count(vertices.len())?;
         Ok(self.measured(surface, |v| self.place(vertices[v])))
     }
 
@@ -113,6 +107,16 @@ impl<T: Scalar> Binding<T> {
             true => vec![Measure::of(at, count, triangles)],
             false => vec![Measure::of_part(at, triangles, &loops)],
         }
+    }
+
+    pub(crate) fn check_count(&self, found: usize) -> Result<()> {
+        if found == self.vertices().len() {
+            return Ok(());
+        }
+        Err(Error::Mesh(format!(
+            "vertices: found {found}, expected the {} that were bound",
+            self.vertices().len()
+        )))
     }
 
     fn place(&self, vertex: [T; 3]) -> DVec3 {

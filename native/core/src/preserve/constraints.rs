@@ -97,6 +97,33 @@ impl Basis {
         add_scaled(&mut solution.vector, direction, along);
     }
 
+    /// Of a vector in the span of the rows taken in, given by its products with the directions: how much of each row it takes.
+    pub(crate) fn combination(&self, along: &[f64]) -> Vec<f64> {
+        let mut combination = along.to_vec();
+        for last in (0..combination.len()).rev() {
+            combination[last] /= self.coordinates[last][last];
+            let share = combination[last];
+            let earlier = combination[..last].iter_mut().zip(&self.coordinates[last]);
+            earlier.for_each(|(left, coordinate)| *left -= share * coordinate);
+        }
+        combination
+    }
+
+    /// Products of a vector with the orthonormal directions.
+    pub(crate) fn along(&self, vector: &[f64]) -> Vec<f64> {
+        self.directions.iter().map(|direction| dot(direction, vector)).collect()
+    }
+
+    /// Takes from a vector what lies in the span of the rows taken in. Twice, as rounding wants it.
+    pub(crate) fn project_off(&self, vector: &mut [f64]) {
+        for _ in 0..2 {
+            for direction in &self.directions {
+                let along = dot(direction, vector);
+                add_scaled(vector, direction, -along);
+            }
+        }
+    }
+
     /// Forgets the row taken in last.
     pub(crate) fn drop_last(&mut self) {
         self.directions.pop();

@@ -55,13 +55,23 @@ impl<'a, P: Passes> Correction<'a, P> {
     }
 
     /// Takes the control points elsewhere, and the mesh with them.
-    #[expect(dead_code, reason = "the methods that search will use it")]
     pub(crate) fn go_to(&mut self, control: Vec<DVec3>) -> Result<(), P::Error> {
-        for ((displacement, old), new) in self.displacement.iter_mut().zip(&self.control).zip(&control) {
-            *displacement += new - old;
+        if let Some(i) = control.iter().position(|p| !p.is_finite()) {
+            return Err(Error::Volume(format!(
+                "the correction would move control point {i} to {}: the target is out of reach",
+                control[i]
+            ))
+            .into());
         }
+        let asked = self.plan.control.iter().zip(&self.plan.displacement);
+        self.displacement = control.iter().zip(asked).map(|(p, (asked, d))| d + (p - asked)).collect();
         self.control = control;
         self.passes.deform(&self.displacement)
+    }
+
+    /// Back to the control points asked for.
+    pub(crate) fn restart(&mut self) -> Result<(), P::Error> {
+        self.go_to(self.plan.control.clone())
     }
 
     /// How far each pin still has to go along an axis of the frame.

@@ -17,7 +17,7 @@ use crate::words::{bracketed, number};
 const MAX_ROUNDS: u32 = 3;
 
 /// A displacement longer than so many times the control points' box serves no shape: the axis counts as flat.
-const WILD: f64 = 1e6;
+pub(crate) const WILD: f64 = 1e6;
 
 /// The same where several bodies are to be changed: what takes a displacement this long is bodies that change almost alike, and none
 /// of what it does to the mesh was asked for.
@@ -208,7 +208,7 @@ fn pinned_volumes<P: Passes>(
 
 /// Brings the pins to their targets and changes the bodies' volumes along one axis, by the smallest displacement: equations (17)
 /// and (21). Tells which bodies it could change so.
-fn step<P: Passes>(
+pub(crate) fn step<P: Passes>(
     correction: &mut Correction<'_, P>,
     axis: usize,
     now: &Coefficients,
