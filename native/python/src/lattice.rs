@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Argument, ArrayLike, NdArray, NumberLike, Numbers};
 use crate::binding::Binding;
+use crate::bodies::BodiesLike;
 use crate::errors::to_python;
 use crate::words::{BasisWord, DeviceWord, KnotsWord, OutsideWord};
 
@@ -196,8 +197,14 @@ impl Lattice {
     /// influence * sum B (control - rest), so that an affine motion of the shape is that motion of the mesh. Vertices not inside the
     /// shape are outside.
     ///
+    /// bodies: None where all triangles enclose one volume; "islands": every piece that is connected by shared vertices and closed
+    /// keeps a volume of its own, and open and flat ones have none and deform along; or (F,) integers, the body of each triangle, 0 to
+    /// count - 1, -1 for those of none. The border of a labelled region is closed by caps.
+    /// caps: True closes every hole by a virtual fan of triangles about the mean of the vertices around it; with False a hole is a
+    /// MeshError where a volume is asked for.
+    ///
     /// Raises MeshError, LatticeError for a wrong rest, and DeviceError for an unknown device.
-    #[pyo3(signature = (vertices, triangles=None, device=DeviceWord::Auto, outside=OutsideWord(Outside::Keep), influence=None, rest=None))]
+    #[pyo3(signature = (vertices, triangles=None, device=DeviceWord::Auto, outside=OutsideWord(Outside::Keep), influence=None, rest=None, bodies=None, caps=false))]
     #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn bind(
         &self,
@@ -208,8 +215,12 @@ impl Lattice {
         outside: OutsideWord,
         influence: Option<ArrayLike<'_>>,
         rest: Option<ArrayLike<'_>>,
+        bodies: Option<BodiesLike>,
+        caps: bool,
     ) -> PyResult<Binding> {
-        Binding::new(py, &self.core, vertices, triangles, device, outside.0, influence, rest)
+        Binding::new(
+            py, &self.core, vertices, triangles, device, outside.0, influence, rest, bodies, caps,
+        )
     }
 
     fn __repr__(&self) -> String {

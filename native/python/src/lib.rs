@@ -4,6 +4,7 @@
 mod arrays;
 mod backend;
 mod binding;
+mod bodies;
 mod device;
 mod elastic;
 mod errors;
