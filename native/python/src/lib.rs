@@ -2,11 +2,13 @@
 //! The Python module `isochor._native`: it checks what comes in, leaves the interpreter, and calls the core.
 
 mod arrays;
+mod axes;
 mod backend;
 mod binding;
 mod device;
 mod elastic;
 mod errors;
+mod folds;
 mod lattice;
 mod preserved;
 mod words;
@@ -24,6 +26,8 @@ mod _native {
     use super::device::devices;
     #[pymodule_export]
     use super::elastic::Elastic;
+    #[pymodule_export]
+    use super::folds::Folds;
     #[pymodule_export]
     use super::lattice::Lattice;
     #[pymodule_export]
