@@ -151,7 +151,7 @@ class Correction:
         return steps - np.stack([shortest(rows, rows @ steps[:, a], self.mobility) for a in range(3)], axis=1)
 
     def cubic(self) -> tuple[Array, Array]:
-        """Of one body: coefficients c_0 … c_3 of V(pinned + t d), and d scaled to move a point by the lattice's size."""
+        """Of one body: coefficients c_0 … c_3 of V(pinned + t d), and d, at most as long as the lattice is large."""
         pinned = self.pinned()
         along = self.direction(pinned)
         along = along * np.ptp(self.control, axis=(0, 1, 2)).max() / np.abs(along).max()
@@ -163,7 +163,7 @@ class Correction:
         """t at which V(pinned + t d) is the target, before the cubic turns; None if it turns first."""
         coefficients, _ = self.cubic()
         change = float(self.targets()[0] - coefficients[0])
-        if abs(change) <= 1e-14 * abs(coefficients[0]):
+        if self.amount == 0 or abs(change) <= 1e-14 * abs(coefficients[0]):
             return 0.0
         turns = _real_roots([coefficients[1], 2 * coefficients[2], 3 * coefficients[3]])
         roots = _real_roots([-change, *coefficients[1:]])

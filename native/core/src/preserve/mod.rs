@@ -16,6 +16,7 @@ mod plan;
 mod scale;
 mod search;
 mod sweep;
+mod wanted;
 
 use glam::DVec3;
 
@@ -58,8 +59,9 @@ pub struct Preserve {
     pub weights: Option<Vec<f64>>,
     /// Points of the surface that must land on targets.
     pub pins: Pins,
-    /// Volume to reach; `None` for that of the mesh as bound.
-    pub target: Option<f64>,
+    /// Volume of each body to reach, or one number for all together, which is shared in proportion to the bodies' own; `None` for
+    /// those of the mesh as bound.
+    pub target: Option<Vec<f64>>,
     /// How much of the way from the volume as deformed (with the pins on their targets) to the target: 0 leaves it, 1 reaches the
     /// target.
     pub amount: f64,
