@@ -126,13 +126,13 @@ def test_nearest_is_where_a_long_run_ends(spec, variant):
 
 @pytest.mark.parametrize("height", [0.1, 0.4, 2.5])
 def test_no_optimiser_finds_anything_shorter(height):
-    """SLSQP from where nearest ended, and from each of the other methods' lattices."""
+    """SLSQP from where nearest ended, and from the lattices of two other methods."""
     spec = Spec((3, 2, 2))
     control = squashed(spec, height=height)
     asked, _ = task(spec, control)
     binding = spec.build().bind(*MESH)
     ours = binding.preserve(control, method="nearest")
-    for method in cases.METHODS:
+    for method in ("balanced", "gradient", "nearest"):
         start = binding.preserve(control, method=method).control
         assert asked.distance(ours.control) <= _slsqp(asked, start) * (1 + 1e-5)
 

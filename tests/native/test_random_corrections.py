@@ -57,6 +57,8 @@ def test_never_a_wild_lattice(trap, method):
             return
         asked = case.correction
         result = case.bind().preserve(case.control, method=method, **case.arguments)
+        may_fall_back = method == "balanced" or asked.gradient() is None
+        assert result.method == method or may_fall_back, f"{result.method} ran"
         ran = {"sweep": asked.sweep, "balanced": asked.balanced, "gradient": asked.gradient}
         if result.method in ran:
             expected = ran[result.method]()
