@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3};
 
 use crate::binding::Binding;
 use crate::error::{Error, Result};
+use crate::preserve::constraints::{Basis, add_scaled, dot};
 use crate::preserve::frame::{Frame, normalised_shares};
 use crate::preserve::metric::Metric;
 use crate::preserve::pins::PinRows;
@@ -52,7 +53,7 @@ impl<T: Scalar> Binding<T> {
         let frame = Frame::new(options.frame)?;
         let shares = normalised_shares(options.axes)?;
         let mobility = self.mobility(options.weights.as_deref())?;
-        let metric = Metric::weighted(&mobility);
+        let metric = self.metric(options.cost, &mobility)?;
         let (wanted, bound) = self.wanted_volumes(options)?;
         let displacement = self.displacement(control)?;
         Ok(Plan {
@@ -142,11 +143,24 @@ impl Plan {
         self.frame.move_along(axis, distance, point);
     }
 
+    /// The smallest displacement along one axis by which the pins and some bodies' volumes, whose rows `basis` has taken in, change by
+    /// `values`. What the roots of a cost that couples control points lose of them to rounding is put right by a second step.
+    pub(crate) fn displacement(&self, basis: &Basis, bodies: &[&[f64]], values: &[f64]) -> Vec<f64> {
+        let mut delta = basis.displacement(&self.metric, values);
+        if !self.metric.is_weighted() && !delta.is_empty() {
+            let reached = self.pins.moved(&delta).into_iter().chain(bodies.iter().map(|row| dot(row, &delta)));
+            let lost: Vec<f64> = values.iter().zip(reached).map(|(value, reached)| value - reached).collect();
+            add_scaled(&mut delta, &basis.displacement(&self.metric, &lost), 1.0);
+        }
+        delta
+    }
+
     /// Whether the one body's volume is all that is wanted, by shares of the axes: nothing that a closed form without rows of
     /// constraints could not do.
     pub fn is_plain(&self) -> bool {
         self.pins.is_empty()
             && self.wanted.len() == 1
+            && self.metric.is_weighted()
             && matches!(self.method, Method::Sweep | Method::Balanced)
     }
 

@@ -212,16 +212,18 @@ pub(crate) fn step<P: Passes>(
     let mut basis = plan.pins.basis.clone();
     let residuals = correction.residuals(axis);
     let mut values = residuals.clone();
-    let mut delta = basis.displacement(&plan.metric, &values);
+    let mut delta = plan.displacement(&basis, &[], &values);
     plan.pins.refuse_wild(&delta, &residuals, correction.scale.extent)?;
-    let mut moved = vec![false; changes.len()];
+    let (mut moved, mut taken) = (vec![false; changes.len()], Vec::new());
     for (body, row) in now.rows.iter().enumerate() {
         let Taken::Independent(_) = basis.take(plan.metric.whitened(row), no_area) else { continue };
         values.push(changes[body] / plan.determinant);
-        let longer = basis.displacement(&plan.metric, &values);
+        taken.push(row.as_slice());
+        let longer = plan.displacement(&basis, &taken, &values);
         if longer.iter().any(|d| d.abs() > wild) {
             basis.drop_last();
             values.pop();
+            taken.pop();
         } else {
             (delta, moved[body]) = (longer, true);
         }
