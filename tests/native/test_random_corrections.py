@@ -71,21 +71,31 @@ def test_never_a_wild_lattice(trap, method):
     for_each(seeds(trap, BLOCK), check)
 
 
+@pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("trap", cases.TRAPS)
-def test_nearest_is_no_longer_than_the_shortest_of_the_others(trap):
+def test_nearest_is_no_longer_than_the_shortest_of_the_others(trap, dtype):
     def check(seed: int) -> None:
-        case = cases.random_case(seed)
+        case = cases.random_case(seed).in_dtype(DTYPES[dtype])
         if not cases.solvable(case):
             return
         binding, asked = case.bind(), case.correction
         results = {m: binding.preserve(case.control, method=m, **case.arguments) for m in cases.METHODS}
         ours = {m: asked.distance(r.control) for m, r in results.items()}
         others = min(ours[m] for m in cases.METHODS[:3])
-        assert ours["nearest"] <= others * (1 + 1e-9) + 1e-12 * np.abs(case.control).max(), str(ours)
+        slack = ours["nearest"] * 1e-9 + unseen(case, results["nearest"])
+        assert ours["nearest"] <= others + slack, str(ours)
         for m, r in results.items():
             assert abs(r.distance - ours[m]) <= 1e-6 * ours[m] + 1e-12 * np.abs(case.control).max(), f"distance of {m}"
 
     for_each(seeds(trap, 2 * BLOCK), check)
+
+
+def unseen(case: cases.Case, result) -> float:
+    """Length of a correction whose change of the volume is lost in the rounding that the test allows."""
+    asked = case.correction
+    slopes = (asked.solid.gradients(result.control)[0] @ asked.directions.T) * (asked.shares > 0)
+    steepness = np.linalg.norm(slopes * np.sqrt(asked.mobility / asked.mobility.max())[:, None])
+    return 4 * cases.room(case, result.vertices, result.target) * abs(result.target) / steepness
 
 
 @pytest.mark.parametrize(("pinned", "dtype"), list(itertools.product([True, False], DTYPES)))

@@ -135,7 +135,8 @@ impl Plan {
         values: &[f64],
     ) -> Vec<f64> {
         if !self.metric.is_weighted() && !delta.is_empty() {
-            let reached = self.pins.moved(&delta).into_iter().chain(bodies.iter().map(|row| dot(row, &delta)));
+            let reached =
+                self.pins.moved(&delta).into_iter().chain(bodies.iter().map(|row| dot(row, &delta)));
             let lost: Vec<f64> = values.iter().zip(reached).map(|(value, reached)| value - reached).collect();
             add_scaled(&mut delta, &basis.displacement(&self.metric, &lost), 1.0);
         }
