@@ -121,7 +121,7 @@ def folded(out: Path) -> window.Steps:
     lattice.hide_set(True)
     look_from(6.5, 0.0, (66.0, 32.0))
     overlay(show=True, show_folds=True, show_points=False)
-    yield from window.picture(out / "folds.png")
+    yield from window.picture(out / "folds.png", window.area("VIEW_3D"))
 
 
 def animated(out: Path) -> window.Steps:
