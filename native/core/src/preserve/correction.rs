@@ -85,14 +85,24 @@ impl<'a, P: Passes> Correction<'a, P> {
             return Ok(());
         }
         let residuals = self.residuals(axis);
-        let delta = self.plan.displacement(&self.plan.pins.basis, &[], &residuals);
+        let delta = self.plan.pin_step(&residuals);
         self.plan.pins.refuse_wild(&delta, &residuals, self.scale.extent)?;
         self.shift(axis, &delta)
     }
 
-    /// Difference from a body's target that rounding explains, where nothing may move: 4 epsilon A R for each of two sums.
+    /// The size of a body and the rounding in it; of a single one, which fills the lattice, that of the lattice.
+    pub(crate) fn scale_of(&self, body: usize) -> Scale {
+        match self.plan.bound.as_slice() {
+            [_] => self.scale.clone(),
+            several => self.scale.of_body(2.0 * several[body].radius),
+        }
+    }
+
+    /// Difference from a body's target that rounding explains, where nothing may move: 4 epsilon A R for each of two sums, and the
+    /// rounding of coordinates where a small body stands far from the origin.
     pub(crate) fn slack(&self, body: usize, target: f64) -> f64 {
         let bound = &self.plan.bound[body];
-        8.0 * self.passes.epsilon() * (bound.area * bound.radius + target.abs())
+        let sums = 8.0 * self.passes.epsilon() * (bound.area * bound.radius + target.abs());
+        if self.plan.bound.len() == 1 { sums } else { sums + self.scale.rounding * bound.area }
     }
 }

@@ -46,8 +46,10 @@ pub(crate) fn along_gradient<P: Passes>(
     if search.targets == start.volumes {
         return Ok(Some((start.q.clone(), 0)));
     }
-    let least = search.correction.scale.no_area();
-    if start.gradients.iter().any(|gradient| dot(gradient, gradient).sqrt() <= least) {
+    let is_flat = |(body, gradient): (usize, &Vec<f64>)| {
+        dot(gradient, gradient).sqrt() <= search.correction.scale_of(body).no_area()
+    };
+    if start.gradients.iter().enumerate().any(is_flat) {
         return Ok(None);
     }
     if start.gradients.len() == 1 { along_one(search, start) } else { along_several(search, start) }

@@ -12,6 +12,7 @@ mod costs;
 mod factor;
 pub(crate) mod frame;
 mod gradient;
+mod limit;
 mod metric;
 mod nearest;
 mod passes;
@@ -21,6 +22,7 @@ mod scale;
 mod search;
 mod surface_cost;
 mod sweep;
+mod wanted;
 
 use glam::DVec3;
 
@@ -31,6 +33,7 @@ use crate::vertices::Scalar;
 use correction::Correction;
 pub use costs::Cost;
 pub(crate) use costs::Costs;
+pub use limit::Limit;
 use passes::OnEngine;
 pub use passes::{Coefficients, Passes};
 pub use pins::{PinPoint, Pins};
@@ -65,13 +68,16 @@ pub struct Preserve {
     pub weights: Option<Vec<f64>>,
     /// Points of the surface that must land on targets.
     pub pins: Pins,
-    /// Volume to reach; `None` for that of the mesh as bound.
-    pub target: Option<f64>,
+    /// Volume of each body to reach, or one number for all together, which is shared in proportion to the bodies' own; `None` for
+    /// those of the mesh as bound.
+    pub target: Option<Vec<f64>>,
     /// How much of the way from the volume as deformed (with the pins on their targets) to the target: 0 leaves it, 1 reaches the
     /// target.
     pub amount: f64,
     /// What is kept small while the volume changes.
     pub cost: Cost,
+    /// What the correction must not do, even if it then misses the volume.
+    pub limit: Option<Limit>,
 }
 
 impl Default for Preserve {
@@ -85,6 +91,7 @@ impl Default for Preserve {
             target: None,
             amount: 1.0,
             cost: Cost::Points,
+            limit: None,
         }
     }
 }
@@ -106,6 +113,8 @@ pub struct Preserved {
     /// Length of the displacements of the control points by the correction, `sqrt(sum w |delta|^2)`, in the weights' norm with the
     /// lightest weight 1.
     pub distance: f64,
+    /// Volume, of all bodies together, that is missing from the targets because of a limit.
+    pub missing: f64,
 }
 
 impl Preserved {
@@ -165,8 +174,13 @@ impl Plan {
             Method::Gradient => gradient::gradient(&mut correction)?,
             Method::Nearest => nearest::nearest(&mut correction)?,
         };
+        let missing = match &self.unfolded {
+            Some(unfolded) => unfolded.hold(&mut correction, &solved.targets)?,
+            None => 0.0,
+        };
         let control = correction.control;
         Ok(Preserved {
+            missing,
             distance: self.distance(&control),
             control,
             targets: solved.targets,
