@@ -88,6 +88,19 @@ impl<'a> FoldTest<'a> {
         Ok(test)
     }
 
+    /// For shapes that must not fold where `control` is proved unfolded; what it leaves open or folds is not looked at.
+    ///
+    /// # Errors
+    /// As for [`FoldTest::new`], and for `control` alike.
+    pub(crate) fn keeping(lattice: &'a Lattice, rest: Option<&[DVec3]>, control: &[DVec3]) -> Result<Self> {
+        let mut test = Self::new(lattice, rest)?;
+        lattice.check_control("control", control)?;
+        let signs = test.search(control, DEPTH).signs();
+        let kept = signs.into_iter().enumerate().map(|(cell, sign)| sign.filter(|_| sign == test.wanted.of(cell)));
+        test.wanted = Wanted::Kept(kept.collect());
+        Ok(test)
+    }
+
     /// What [`Lattice::folds`] gives.
     ///
     /// # Errors
