@@ -5,20 +5,21 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::determinant::Signs;
+use crate::folds::MOST_DEPTH;
 use crate::jacobian::{Cell, Cells, Derivatives, Tensor};
 use crate::lattice::Lattice;
 use crate::pieces::indices;
 
-/// More halvings than these would leave pieces of the size of rounding.
-pub(crate) const MOST_DEPTH: u32 = 24;
-
 /// Places looked at along each axis of the domain at least, for showing a fold: enough to see its outline.
 const PLACES: usize = 16;
 
-/// Coefficients that pieces may have altogether: a tenth of a second. Each cell that needs halving gets an equal part,
-/// but some pieces at least. Only shapes that are flat in places come near it.
+/// Coefficients that pieces may have altogether in a turn: a tenth of a second. Each cell that needs halving gets an equal
+/// part, but some pieces at least. Only shapes that are flat in places come near it.
 const MOST_COEFFICIENTS: usize = 1 << 20;
 const LEAST_PIECES: usize = 16;
+
+/// Places along each axis of a cell in which a flat one has no sign: enough that none is taken for flat by its symmetry.
+const FLAT_PLACES: usize = 4;
 
 /// Halvings of the way from a piece's corner to its middle, on which the wrong sign at the corner is met again.
 const INWARD_STEPS: i32 = 30;
@@ -84,12 +85,17 @@ impl<'a> Search<'a> {
         let mut found: Vec<Option<Found>> =
             (0..count).into_par_iter().map(|index| self.whole(index)).collect();
         let hard: Vec<usize> = (0..count).filter(|&index| found[index].is_none()).collect();
-        let halved: Vec<Found> = hard.par_iter().map(|&index| self.halved(index, hard.len())).collect();
-        hard.iter().zip(halved).for_each(|(&index, result)| found[index] = Some(result));
-        found.into_iter().flatten().collect()
+        for (index, result) in self.halved(hard, false).into_iter().flatten() {
+            found[index] = Some(result);
+        }
+        found
+            .into_par_iter()
+            .enumerate()
+            .flat_map_iter(|(index, found)| found.map(|f| self.shown(index, f)))
+            .collect()
     }
 
-    /// Stops at the first cell that folds or is open.
+    /// Stops at the first cell that folds.
     pub(crate) fn is_unfolded(&self) -> bool {
         let count: usize = self.cells.count().into_iter().product();
         let open = |index: usize| match self.whole(index) {
@@ -98,15 +104,30 @@ impl<'a> Search<'a> {
             None => Some(Some(index)),
         };
         let open: Option<Vec<Option<usize>>> = (0..count).into_par_iter().map(open).collect();
-        let Some(open) = open else { return false };
-        let hard: Vec<usize> = open.into_iter().flatten().collect();
-        let is_unfolded = |index: usize| {
-            let (cell, signs) = self.cell(index);
-            let wanted = self.wanted.of(index)?;
-            let found = self.search_pieces(&cell, &signs, wanted, self.pieces(&cell, hard.len()));
-            matches!(found, Found::Unfolded).then_some(())
-        };
-        hard.par_iter().all(|&index| is_unfolded(index).is_some())
+        let halved = open.and_then(|open| self.halved(open.into_iter().flatten().collect(), true));
+        halved.is_some_and(|found| found.iter().all(|(_, found)| matches!(found, Found::Unfolded)))
+    }
+
+    /// Cells that have to be halved, each with what is found in it; `None` if one folds, where that is all that is asked.
+    ///
+    /// In turns: all get an equal part of the work, then those still open, as long as most are decided in each turn.
+    fn halved(&self, mut hard: Vec<usize>, stop_at_fold: bool) -> Option<Vec<(usize, Found)>> {
+        let mut decided = Vec::new();
+        loop {
+            let search = |&index: &usize| match self.search_cell(index, hard.len()) {
+                Found::Folded(_) if stop_at_fold => None,
+                found => Some((index, found)),
+            };
+            let found: Vec<(usize, Found)> = hard.par_iter().map(search).collect::<Option<_>>()?;
+            let is_open = |(_, found): &(usize, Found)| matches!(found, Found::Open(_));
+            let (open, closed): (Vec<_>, Vec<_>) = found.into_iter().partition(is_open);
+            decided.extend(closed);
+            if 2 * open.len() > hard.len() || open.is_empty() {
+                decided.extend(open);
+                return Some(decided);
+            }
+            hard = open.into_iter().map(|(index, _)| index).collect();
+        }
     }
 
     /// The sign in each cell, of those that have one.
@@ -140,25 +161,35 @@ impl<'a> Search<'a> {
         let centre = DVec3::splat(0.5);
         let Some(wanted) = self.wanted.of(index) else { return Some(Found::Open(cell.at(centre).0)) };
         let middle = cell.tensor.middle();
-        let sign = signs.of(&middle)?;
+        let Some(sign) = signs.of(&middle) else {
+            return is_flat(&cell, &signs).then(|| Found::Open(cell.at(centre).0));
+        };
         if sign != wanted {
             let place = wrong_place(&cell, &signs, wanted, centre)?;
-            return Some(Found::Folded(self.wrong_places(&cell, &signs, wanted, Some(place))));
+            return Some(Found::Folded(vec![place]));
         }
         signs.is_one(&cell.tensor, &middle).then_some(Found::Unfolded)
     }
 
     /// A cell that has to be halved, one of so many.
-    fn halved(&self, index: usize, of: usize) -> Found {
+    fn search_cell(&self, index: usize, of: usize) -> Found {
         let (cell, signs) = self.cell(index);
-        let Some(wanted) = self.wanted.of(index) else { return Found::Open(cell.at(DVec3::splat(0.5)).0) };
-        let found = self.search_pieces(&cell, &signs, wanted, self.pieces(&cell, of));
-        let witness = match &found {
+        match self.wanted.of(index) {
+            Some(wanted) => self.search_pieces(&cell, &signs, wanted, self.pieces(&cell, of)),
+            None => Found::Open(cell.at(DVec3::splat(0.5)).0),
+        }
+    }
+
+    /// With all the places that show a fold, where one is or may be.
+    fn shown(&self, index: usize, found: Found) -> Found {
+        let known = match &found {
             Found::Unfolded => return found,
             Found::Folded(places) => places.first().copied(),
             Found::Open(_) => None,
         };
-        let places = self.wrong_places(&cell, &signs, wanted, witness);
+        let Some(wanted) = self.wanted.of(index) else { return found };
+        let (cell, signs) = self.cell(index);
+        let places = self.wrong_places(&cell, &signs, wanted, known);
         if places.is_empty() { found } else { Found::Folded(places) }
     }
 
@@ -234,6 +265,13 @@ impl Piece {
         self.low[axis] += self.size[axis];
         lower
     }
+}
+
+/// Whether no sign can be told at a cell's corners nor inside: halving it would come to nothing.
+fn is_flat(cell: &Cell, signs: &Signs) -> bool {
+    let inside = |index: [usize; 3]| DVec3::from_array(index.map(|i| (i as f64 + 0.5) / FLAT_PLACES as f64));
+    cell.tensor.corners().all(|(_, matrix)| signs.of(&matrix).is_none())
+        && indices([FLAT_PLACES; 3]).all(|index| signs.of(&cell.at(inside(index)).1).is_none())
 }
 
 /// The parameters at local ones in a cell, if the sign there, at the parameters as rounded, is the wrong one.

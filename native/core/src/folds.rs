@@ -17,6 +17,9 @@ use crate::lattice::Lattice;
 /// pieces are ever as small as this; of random shapes all but folded, the hardest took nine.
 pub const DEPTH: u32 = 12;
 
+/// More halvings than these would leave pieces of the size of rounding.
+pub const MOST_DEPTH: u32 = 24;
+
 /// What is known of a shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
@@ -46,7 +49,7 @@ impl Lattice {
     /// has not the sign of the lattice's frame. With `rest` given, the map is measured from the lattice as shaped by that: the
     /// sign wanted in each cell is the one proved there for `rest` (which is undecided where `rest` itself folds).
     ///
-    /// `depth`: how often a cell is halved along each axis at most; [`DEPTH`] if in doubt, 24 at most.
+    /// `depth`: how often a cell is halved along each axis at most; [`DEPTH`] if in doubt, [`MOST_DEPTH`] at most.
     ///
     /// # Errors
     /// [`crate::Error::Lattice`] for a control array of another length or with a non-finite entry.

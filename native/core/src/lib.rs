@@ -41,7 +41,7 @@ pub use binding::{Bind, Binding};
 pub use bodies::Bodies;
 pub use elastic::Elastic;
 pub use error::{Error, Result};
-pub use folds::{DEPTH, FoldTest, Folds, Verdict};
+pub use folds::{DEPTH, FoldTest, Folds, MOST_DEPTH, Verdict};
 pub use glam::{DMat3, DVec3};
 pub use inversion::Preimage;
 pub use lattice::{FACE_TOLERANCE, FACE_TOLERANCE_F32, Lattice};

@@ -274,6 +274,11 @@ impl<'py, T: Hint> NdArray<'py, T> {
         let flat: Vec<f64> = points.iter().flat_map(|p| p.to_array()).collect();
         Ok(Self::of(PyArray1::from_vec(py, flat).reshape(shape)?.as_untyped().clone()))
     }
+
+    /// One number for each control point, (nu, nv, nw).
+    pub(crate) fn lattice(py: Python<'py>, numbers: Vec<f64>, shape: [usize; 3]) -> PyResult<Self> {
+        Ok(Self::of(PyArray1::from_vec(py, numbers).reshape(shape)?.as_untyped().clone()))
+    }
 }
 
 impl<'py, T: Hint> IntoPyObject<'py> for NdArray<'py, T> {
