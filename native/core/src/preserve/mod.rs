@@ -16,6 +16,7 @@ mod plan;
 mod scale;
 mod search;
 mod sweep;
+mod together;
 mod wanted;
 
 use glam::DVec3;
