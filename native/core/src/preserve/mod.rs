@@ -9,6 +9,7 @@ mod bending;
 mod constraints;
 mod correction;
 mod costs;
+mod curvature;
 mod factor;
 pub(crate) mod frame;
 mod gradient;
