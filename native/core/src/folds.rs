@@ -14,7 +14,7 @@ use crate::jacobian::Cells;
 use crate::lattice::Lattice;
 
 /// Halvings of a cell along each axis, where the caller has no wish. What decides is local, so most cells need none, and few
-/// pieces are ever as small as this; of random shapes all but folded, the hardest took nine.
+/// pieces are ever as small as this; a random shape that all but folded needed more than six.
 pub const DEPTH: u32 = 12;
 
 /// More halvings than these would leave pieces of the size of rounding.

@@ -23,6 +23,7 @@ mod scale;
 mod search;
 mod surface_cost;
 mod sweep;
+mod together;
 mod wanted;
 
 use glam::DVec3;
