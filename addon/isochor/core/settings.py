@@ -4,8 +4,9 @@
 from dataclasses import dataclass
 
 REFERENCES = ("Rest", "Incoming")
-SPACES = ("Global", "Object", "Lattice")
-METHODS = ("Balanced", "Sweep")
+SPACES = ("Global", "Object", "Lattice", "Custom")
+METHODS = ("Balanced", "Sweep", "Gradient", "Nearest")
+COSTS = ("Points", "Surface", "Bending")
 BASES = ("Bernstein", "B-Spline")
 OUTSIDES = ("Keep", "Extend")
 AXES = ("X", "Y", "Z")

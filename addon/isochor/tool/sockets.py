@@ -20,11 +20,15 @@ MENUS = {
     "Outside": settings.OUTSIDES,
     "Axis": settings.AXES,
     "Pivot": settings.PIVOTS,
+    "Cost": settings.COSTS,
 }
 SQUASH, TAPER, TWIST, BEND, BEND_DIRECTION = "Squash", "Taper", "Twist", "Bend", "Bend Direction"
 VIEWPORT_RESULT, RENDER_RESULT, SLOT = "Viewport Result", "Render Result", "Slot"
-LATTICE = "Lattice"
-OBJECTS = (LATTICE, VIEWPORT_RESULT, RENDER_RESULT)
+LATTICE, FRAME, PINS = "Lattice", "Frame", "Pins"
+STIFFNESS, REGION, REGION_TARGET = "Stiffness", "Region", "Region Target"
+ISLANDS, CLOSE_HOLES, WHERE_LOST, UNFOLDED, FALLOFF = "Islands", "Close Holes", "Where Lost", "Unfolded", "Falloff"
+OBJECTS = (LATTICE, FRAME, PINS, VIEWPORT_RESULT, RENDER_RESULT)
+"""Those that hold an object or a collection."""
 
 
 _identifiers: dict[int, dict[str, str]] = {}
