@@ -151,6 +151,7 @@ def test_the_correction_goes_where_the_volume_went():
 def test_a_frame_of_its_own_moves_along_its_axes_only(method, axes):
     ball = scenes.sphere()
     lattice = scenes.lattice_object(4)
+    bpy.context.view_layer.update()
     ball.matrix_world = Matrix.LocRotScale((1.0, 2.0, 3.0), Euler((0.9, 0.4, -0.3)), (1.2, 0.8, 1.0))
     lattice.matrix_world = ball.matrix_world @ lattice.matrix_world
     frame = bpy.data.objects.new("Frame", None)
