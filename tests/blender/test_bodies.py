@@ -106,6 +106,7 @@ def test_an_open_tube_keeps_the_volume_that_it_encloses_with_its_holes_closed():
     bpy.context.view_layer.update()
     problems = " ".join(scenes.report(obj, modifier).problems)
     assert "2 holes" in problems
+    assert "32 edges near (0.6, 0, -1)" in problems
     assert "Close Holes" in problems
     plain = scenes.evaluated_positions(obj)
     assert pieces.volume(plain, triangles) == pytest.approx(0.4 * rest, rel=1e-4)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the correction acts: a stiff half, where the loss is, along or across the axes of an object."""
 
+import re
+
 import bpy
 import numpy as np
 import pytest
@@ -122,7 +124,11 @@ def test_with_every_point_frozen_the_volume_cannot_be_reached_and_that_is_said()
     layers_with_weights(lattice, [1.0] * 4)
     modifier = scenes.volume_lattice(ball, lattice, Stiffness="Stiff")
     squashed(lattice)
-    assert scenes.report(ball, modifier).problems
+    said = " ".join(scenes.report(ball, modifier).problems)
+    assert "cannot be reached" in said
+    assert "stiff" in said
+    reachable = float(re.search(r"only ([\d.]+):", said)[1])
+    assert reachable == pytest.approx(0.5 * scenes.volume(ball.data), rel=1e-5)
     assert scenes.evaluated_volume(ball) == pytest.approx(0.5 * scenes.volume(ball.data), rel=1e-5)
 
 

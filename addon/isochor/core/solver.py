@@ -109,7 +109,7 @@ class Solver:
             binding = self._bind(request)
         except isochor.Error as error:
             self._forget()
-            return Outcome(None, Report(problems=(problem.sentence(error),)))
+            return Outcome(None, Report(problems=(problem.sentence(error, request.positions),)))
         problems = (self._no_device,) if self._no_device else ()
         report = Report(
             binding=binding, grid=request.grid, bound=request.bound, asked=request.control, problems=problems
@@ -121,7 +121,7 @@ class Solver:
         try:
             report.result = self._preserve(binding, request)
         except isochor.Error as error:
-            report.problems = (*problems, request.no_triangles or problem.sentence(error))
+            report.problems = (*problems, request.no_triangles or problem.sentence(error, request.positions))
             return Outcome(single(binding.deform(request.control)), report)
         vertices = single(report.result.vertices)
         if request.double and request.triangles is not None:
