@@ -13,6 +13,7 @@ import isochor
 
 from .bound import Embedding
 from .grid import Grid
+from .pins import Pins
 from .volume import measures
 
 
@@ -29,7 +30,8 @@ class Volumes(NamedTuple):
 @dataclass
 class Report:
     """Lengths in units of the object's own space, time in milliseconds. ``grid`` is the lattice as it stands, and also
-    what vertices are embedded in unless ``bound``, the lattice when its rest was set, is there."""
+    what vertices are embedded in unless ``bound``, the lattice when its rest was set, is there. ``result`` is there
+    where the lattice was corrected: ``keeps_volume`` says whether for the volume too, or for the pins alone."""
 
     problems: tuple[str, ...] = ()
     binding: isochor.Binding | None = field(default=None, repr=False)
@@ -37,6 +39,8 @@ class Report:
     bound: Embedding | None = field(default=None, repr=False)
     asked: NDArray[np.float64] | None = field(default=None, repr=False)
     result: isochor.Preserved | None = field(default=None, repr=False)
+    keeps_volume: bool = False
+    pins: Pins | None = field(default=None, repr=False)
     milliseconds: float = 0.0
     embed: Callable[[], isochor.Binding] | None = field(default=None, repr=False)
     """Puts the mesh of this frame back into the binding, which other frames may have used since."""
@@ -50,7 +54,7 @@ class Report:
 
     @property
     def vertices(self) -> NDArray[Any] | None:
-        """(V, 3) vertices that the user gets; None where no volume was corrected."""
+        """(V, 3) vertices that the user gets; None where the lattice was not corrected."""
         if self.rounded is not None:
             return self.rounded[0]
         return None if self.result is None else self.result.vertices
@@ -74,11 +78,18 @@ class Report:
     def volumes(self) -> Volumes | None:
         """None where no volume was corrected."""
         binding, result = self.embedded, self.result
-        if binding is None or result is None or self.asked is None:
+        if binding is None or result is None or self.asked is None or not self.keeps_volume:
             return None
         after = result.volume if self.rounded is None else measures(*self.rounded).volume
         error = abs(after - result.target) / abs(result.target)
         return Volumes(result.target, binding.volume(self.asked), after, error)
+
+    @cached_property
+    def largest_miss(self) -> float | None:
+        """How far the pin that misses its target most is from it, in world units; None where none was held."""
+        if self.pins is None or self.vertices is None:
+            return None
+        return float(self.pins.misses(self.vertices).max())
 
     @cached_property
     def largest_displacement(self) -> float | None:
@@ -95,4 +106,4 @@ class Report:
     @cached_property
     def inside_out(self) -> bool:
         """Whether the faces point inwards, so that the volume counts as negative."""
-        return self.result is not None and self.result.target < 0.0
+        return self.result is not None and self.keeps_volume and self.result.target < 0.0

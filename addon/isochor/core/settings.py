@@ -51,4 +51,5 @@ class Settings:
     method: str = METHODS[0]
     basis: str = BASES[0]
     outside: str = OUTSIDES[0]
+    falloff: float = 0.0
     shaping: Shaping = Shaping()

@@ -12,10 +12,13 @@ from numpy.typing import NDArray
 
 import isochor
 
-from . import problem
+from . import pin_problem, problem
+from . import pins as pinning
+from .arrays import same_array
 from .bound import Embedding
 from .frames import Frames
 from .grid import Grid, build_lattice
+from .pins import Pins
 from .report import Report
 from .settings import Settings
 from .volume import is_flat
@@ -37,7 +40,7 @@ class Request:
     volume that entered when the modifier was added or bound, or None where that is not known. ``device`` is what
     should compute: "auto", "gpu", "cpu" or the name of an adapter; ``double`` whether in float64 up to the last
     rounding. ``bound``: the lattice when its rest was set, from which ``control`` then moves the vertices; None where
-    ``grid``, the lattice as it stands, embeds them.
+    ``grid``, the lattice as it stands, embeds them. ``pins``: points that must land on targets, or None.
     """
 
     positions: Vertices = field(repr=False)
@@ -52,6 +55,7 @@ class Request:
     device: str = "auto"
     double: bool = False
     bound: Embedding | None = None
+    pins: Pins | None = None
 
     @property
     def embedding_grid(self) -> Grid:
@@ -76,6 +80,7 @@ class Request:
             and same_array(self.frame, other.frame)
             and same_array(self.influence, other.influence)
             and same_array(self.positions, other.positions)
+            and pinning.same(self.pins, other.pins)
         )
 
     def embeds_as(self, other: "Request") -> bool:
@@ -153,36 +158,65 @@ class Solver:
             return Outcome(None, Report(problems=(problem.sentence(error),)))
         problems = (self._no_device,) if self._no_device else ()
         report = Report(
-            binding=binding, grid=request.grid, bound=request.bound, asked=request.control, problems=problems
+            binding=binding,
+            grid=request.grid,
+            bound=request.bound,
+            asked=request.control,
+            problems=problems,
+            pins=request.pins,
         )
         report.embed = partial(_embedded_again, ref(self), request)
-        if request.settings.preserve <= 0.0:
-            return Outcome(single(binding.deform(request.control)), report)
-        try:
-            report.result = self._preserve(binding, request)
-        except isochor.Error as error:
-            report.problems = (*problems, request.no_triangles or problem.sentence(error))
+        report.result = self._corrected(binding, request, report)
+        if report.result is None:
             return Outcome(single(binding.deform(request.control)), report)
         vertices = single(report.result.vertices)
         if request.double and request.triangles is not None:
             report.rounded = vertices, request.triangles
         return Outcome(vertices, report)
 
-    def _preserve(self, binding: isochor.Binding, request: Request) -> isochor.Preserved:
-        settings = request.settings
+    def _corrected(self, binding: isochor.Binding, request: Request, report: Report) -> isochor.Preserved | None:
+        """The lattice with its pins on their targets and its volume kept. Where the volume cannot be kept, with the
+        pins alone; where these cannot be either, None. What is wrong goes into the report."""
+        amounts = [request.settings.preserve] if request.settings.preserve > 0.0 else []
+        for amount in (*amounts, *([0.0] if request.pins is not None else [])):
+            try:
+                result = self._preserve(binding, request, amount)
+            except isochor.PinError as error:
+                names = () if request.pins is None else request.pins.names
+                report.problems += (pin_problem.trouble(error, names),)
+                return None
+            except isochor.Error as error:
+                reason = request.no_triangles if amount > 0.0 else ""
+                report.problems += (reason or problem.sentence(error),)
+            else:
+                report.keeps_volume = amount > 0.0
+                return result
+        return None
+
+    def _preserve(self, binding: isochor.Binding, request: Request, amount: float) -> isochor.Preserved:
+        settings, pins = request.settings, request.pins
         try:
             return binding.preserve(
                 request.control,
                 axes=settings.axes,
                 frame=request.frame,
                 method=METHODS[settings.method],
-                target=wanted_volume(binding, request),
-                amount=settings.preserve,
+                weights=self._weights(request),
+                pins=None if pins is None else pins.for_native(),
+                target=wanted_volume(binding, request) if amount > 0.0 else None,
+                amount=amount,
             )
         except isochor.VolumeError as error:
             if request.triangles is not None and is_flat(request.positions, request.triangles):
                 raise isochor.VolumeError(problem.FLAT) from error
             raise
+
+    def _weights(self, request: Request) -> NDArray[np.float64] | None:
+        """(nu, nv, nw) how much each control point resists the correction; None where all do alike."""
+        distance = request.settings.falloff
+        if request.pins is None or distance <= 0.0 or self._lattice is None:
+            return None
+        return pinning.fading_weights(self._lattice, request.pins, request.positions, request.rest_control, distance)
 
     def _bind(self, request: Request) -> isochor.Binding:
         before = self._bound
@@ -285,10 +319,3 @@ def entering(request: Request) -> Vertices:
 def single(vertices: Vertices) -> Vertices:
     """In the float32 that Blender keeps."""
     return vertices.astype(np.float32, copy=False)
-
-
-def same_array(one: NDArray[Any] | None, other: NDArray[Any] | None) -> bool:
-    """Equal in every element, or both None."""
-    if one is None or other is None:
-        return one is other
-    return one is other or np.array_equal(one, other)

@@ -102,6 +102,7 @@ def read_settings(modifier: bpy.types.NodesModifier) -> settings.Settings:
     """Everything but the objects, from an evaluated modifier. A group linked from a file older than the panel Animate
     has no inputs of it, which then shape nothing."""
     value = reader(modifier)
+    known = identifiers(modifier.node_group)
     x, y, z = value("Axes")
     return settings.Settings(
         strength=value("Strength"),
@@ -115,7 +116,8 @@ def read_settings(modifier: bpy.types.NodesModifier) -> settings.Settings:
         method=value("Method"),
         basis=value("Basis"),
         outside=value("Outside"),
-        shaping=_read_shaping(value) if SQUASH in identifiers(modifier.node_group) else settings.Shaping(),
+        shaping=_read_shaping(value) if SQUASH in known else settings.Shaping(),
+        falloff=value(FALLOFF) if FALLOFF in known else 0.0,
     )
 
 

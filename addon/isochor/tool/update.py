@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import grid, problem, shaping
+from ..core.pins import Pins
 from ..core.report import Report
 from ..core.settings import Settings
 from ..core.solver import Outcome, Request, Solver, Vertices
-from . import device, evaluated, frame_memory, node_group, results, sockets, stack
+from . import device, evaluated, frame_memory, node_group, pins, results, sockets, stack
 from .bound import BoundCache
 from .drawn import Cuts
 
@@ -31,6 +32,7 @@ class Memory:
     bound: BoundCache = field(default_factory=BoundCache)
     lattice_boxes: dict[int, evaluated.Box] = field(default_factory=dict)
     metric: NDArray[np.float64] | None = None
+    pinned: pins.Corners = field(default_factory=pins.Corners)
     edited: bool = False
     edited_stamp: tuple[int, int, float] | None = None
     written: Outcome | None = None
@@ -193,6 +195,7 @@ def _request(
     rest_grid = grid.Grid(points.shape, points.low, points.high, settings.basis, transform)
     influence, problems = _influence(job, settings, len(positions))
     triangles, no_triangles = _triangles(job, memory, modifiers, len(positions))
+    pinned, pin_problems = _pins(job, memory, modifiers, positions, triangles)
     request = Request(
         positions=positions,
         influence=influence,
@@ -206,8 +209,9 @@ def _request(
         device=device.chosen(),
         double=device.is_double(),
         bound=bound,
+        pins=pinned,
     )
-    return request, [*problems, *_between(modifiers, job.modifier)]
+    return request, [*problems, *pin_problems, *_between(modifiers, job.modifier)]
 
 
 def _shaped(
@@ -261,6 +265,22 @@ def _triangles(
         others = [*stack.preceding(modifiers, job.modifier), *stack.following(modifiers, job.modifier)]
         return None, problem.faces_hidden_by([modifier.name for modifier in others])
     return (triangles, "") if len(triangles) else (None, problem.NO_FACES)
+
+
+def _pins(
+    job: Job,
+    memory: Memory,
+    modifiers: list[bpy.types.Modifier],
+    positions: Vertices,
+    triangles: NDArray[np.int32] | None,
+) -> tuple[Pins | None, list[str]]:
+    """The points that objects hold, or None where none does, and what is wrong with others."""
+    if pins.collection(job.modifier) is None:
+        return None, []
+    own_count = len(job.obj.data.vertices) if stack.keeps_own_vertices(modifiers, job.modifier) else None
+    matrix = evaluated.matrix(job.obj_evaluated)
+    around = pins.Around(matrix, job.depsgraph, positions, triangles, own_count)
+    return pins.read(job.modifier, job.mode, around, memory.pinned)
 
 
 def _with_rest_volume(job: Job, memory: Memory, request: Request, result: bpy.types.Object | None) -> Request:
