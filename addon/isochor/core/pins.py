@@ -59,19 +59,18 @@ class Pins:
         ways = (self.places(vertices) - self.targets) @ self.metric.T
         return np.asarray(np.linalg.norm(ways, axis=1))
 
+    def fading_weights(
+        self, lattice: isochor.Lattice, positions: NDArray[Any], rest: Array | None, distance: float
+    ) -> Array:
+        """(nu, nv, nw) weights of the control points that grow by the factor e with each ``distance`` (world units)
+        from the nearest pin, so that the correction stays about the pins (the paper's figure 7). Measured where nothing
+        is deformed: from the vertices that entered, ``positions``, to the control points at rest (None: the lattice's
+        own)."""
+        control = np.asarray(lattice.rest if rest is None else rest, np.float64)
+        points = self.places(positions) @ self.metric.T
+        return np.asarray(lattice.falloff(points, distance, control=control @ self.metric.T))
 
-def same(one: Pins | None, other: Pins | None) -> bool:
+
+def same_pins(one: Pins | None, other: Pins | None) -> bool:
     """Whether the two ask for the same thing, or both for nothing."""
     return other is None if one is None else one.same_as(other)
-
-
-def fading_weights(
-    lattice: isochor.Lattice, pins: Pins, positions: NDArray[Any], rest: Array | None, distance: float
-) -> Array:
-    """(nu, nv, nw) weights of the control points that grow by the factor e with each ``distance`` (world units) from
-    the nearest pin, so that the correction stays about the pins (the paper's figure 7). Measured where nothing is
-    deformed: from the vertices that entered, ``positions``, to the control points at rest (None: the lattice's
-    own)."""
-    control = np.asarray(lattice.rest if rest is None else rest, np.float64)
-    points = pins.places(positions) @ pins.metric.T
-    return np.asarray(lattice.falloff(points, distance, control=control @ pins.metric.T))

@@ -17,6 +17,10 @@ class Problem(Exception):
 
 
 NO_LATTICE = "No lattice: pick a Lattice object in the modifier's Lattice input."
+NO_FRAME = (
+    "Space is Custom, but there is no object under Frame: pick one, or choose another Space. Until then the world's"
+    " axes count."
+)
 NO_VERTICES = "The mesh has no vertices: add some, or remove the modifier."
 NO_FACES = "The mesh has no faces, so it encloses no volume: set Preserve to 0 to deform it all the same."
 FLAT = (
@@ -27,7 +31,7 @@ EDITED = (
     "The mesh was edited since the lattice was added or bound: Rest is its old volume. Fit the lattice again, bind"
     " again with Set Rest, or set Reference to Incoming."
 )
-INSIDE_OUT = "The mesh is inside out: its volume counts as negative, and is kept all the same."
+INSIDE_OUT = "The mesh, or a part of it, is inside out: its volume counts as negative, and is kept all the same."
 NO_POINTS = "There are no vertices to fit a lattice to: select a mesh that has some"
 NO_PLACE = "Some vertices have no place (NaN or infinity): correct or delete them first"
 
@@ -123,6 +127,67 @@ def no_vertex_group(name: str) -> str:
     """The Vertex Group input names a group that the object lacks."""
     return Sentence(
         "There is no vertex group “{name}”: correct the name in the modifier's Vertex Group input, or clear it.",
+        name=name,
+    )
+
+
+def fell_back(asked: str, ran: str) -> str:
+    """Another method computed than the one asked for."""
+    return Sentence(
+        "{asked} finds no way to the volume in this frame, so {ran} was taken.",
+        asked=Sentence(asked),
+        ran=Sentence(ran),
+    )
+
+
+def would_fold(missing: float, share: float) -> str:
+    """The correction stopped where it would have folded space; so much volume, that share of the target, is missing."""
+    return Sentence(
+        "Unfolded: the correction stops where it would turn space inside out; {missing} of the volume ({percent} %) is"
+        " missing.",
+        missing=f"{missing:.4g}",
+        percent=f"{100.0 * share:.2g}",
+    )
+
+
+def no_region(name: str) -> str:
+    """The Region input names a group that the mesh lacks."""
+    return Sentence(
+        "There is no vertex group “{name}”: correct the name in the modifier's Region input, or clear it.", name=name
+    )
+
+
+def empty_region(name: str) -> str:
+    """No face lies in the group of the Region input."""
+    return Sentence(
+        "No face lies in the region “{name}”: give the vertices of at least one face a weight of 0.5 or more.",
+        name=name,
+    )
+
+
+def no_stiffness_group(name: str, lattice: str) -> str:
+    """The Stiffness input names a group that the lattice lacks."""
+    return Sentence(
+        "The lattice “{lattice}” has no vertex group “{name}”: correct the name in the modifier's Stiffness input, or"
+        " clear it.",
+        name=name,
+        lattice=lattice,
+    )
+
+
+def stiffness_in_edit_mode(lattice: str) -> str:
+    """Blender does not tell the groups of points of a lattice in Edit Mode."""
+    return Sentence(
+        "The Stiffness of “{lattice}” is read again when you leave its Edit Mode; until then all points are free.",
+        lattice=lattice,
+    )
+
+
+def flat_frame(name: str) -> str:
+    """The matrix of the object whose axes count cannot be inverted."""
+    return Sentence(
+        "The Frame “{name}” has a scale of zero on at least one axis: give it a size on every axis. Until then the"
+        " world's axes count.",
         name=name,
     )
 

@@ -11,20 +11,23 @@ from numpy.typing import NDArray
 
 import isochor
 
+from . import problem
+from .bodies import Bodies, volumes
 from .bound import Embedding
 from .grid import Grid
 from .pins import Pins
-from .volume import measures
 
 
 class Volumes(NamedTuple):
     """Signed volumes in cubic units of the object's own space: ``before`` the correction, as the animator's lattice
-    deforms the mesh, and ``after`` it. ``error`` is |after - target| / |target|."""
+    deforms the mesh, and ``after`` it, each of all ``bodies`` that keep one together. ``error`` is
+    |after - target| / |target| of the body where that is largest."""
 
     target: float
     before: float
     after: float
     error: float
+    bodies: int = 1
 
 
 @dataclass
@@ -44,8 +47,10 @@ class Report:
     milliseconds: float = 0.0
     embed: Callable[[], isochor.Binding] | None = field(default=None, repr=False)
     """Puts the mesh of this frame back into the binding, which other frames may have used since."""
-    rounded: tuple[NDArray[Any], NDArray[np.int32]] | None = field(default=None, repr=False)
-    """Vertices that the user gets, and their triangles, where ``result`` holds them in more digits."""
+    rounded: tuple[NDArray[Any], NDArray[np.int32], Bodies | None] | None = field(default=None, repr=False)
+    """Vertices that the user gets, their triangles and bodies, where ``result`` holds them in more digits."""
+    method: str = ""
+    """The method asked for, by its name in ``settings.METHODS``."""
 
     @property
     def control(self) -> NDArray[np.float64] | None:
@@ -80,9 +85,25 @@ class Report:
         binding, result = self.embedded, self.result
         if binding is None or result is None or self.asked is None or not self.keeps_volume:
             return None
-        after = result.volume if self.rounded is None else measures(*self.rounded).volume
-        error = abs(after - result.target) / abs(result.target)
-        return Volumes(result.target, binding.volume(self.asked), after, error)
+        targets = np.asarray(result.targets)
+        after = np.asarray(result.volumes) if self.rounded is None else volumes(*self.rounded)
+        error = float((np.abs(after - targets) / np.abs(targets)).max())
+        return Volumes(result.target, binding.volume(self.asked), float(after.sum()), error, len(targets))
+
+    @property
+    def missing(self) -> float:
+        """Volume that the correction left out so that it would fold nothing over."""
+        return 0.0 if self.result is None else float(self.result.missing)
+
+    @property
+    def notes(self) -> list[str]:
+        """What is not wrong, and yet perhaps not what the animator believes, in plain words."""
+        found: list[str] = [problem.INSIDE_OUT] if self.inside_out else []
+        if self.result is not None and self.method and self.result.method != self.method.lower():
+            found.append(problem.fell_back(self.method, str(self.result.method).capitalize()))
+        if self.missing:
+            found.append(problem.would_fold(self.missing, self.missing / self.result.target if self.result else 0.0))
+        return found
 
     @cached_property
     def largest_miss(self) -> float | None:
@@ -106,4 +127,4 @@ class Report:
     @cached_property
     def inside_out(self) -> bool:
         """Whether the faces point inwards, so that the volume counts as negative."""
-        return self.result is not None and self.keeps_volume and self.result.target < 0.0
+        return self.result is not None and self.keeps_volume and bool((np.asarray(self.result.targets) < 0.0).any())

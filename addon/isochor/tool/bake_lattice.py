@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..core import grid, native_lattice, problem
 from ..core.arrays import same_array
 from ..core.grid import Grid
-from ..core.solver import Request
+from ..core.request import Request
 from ..core.tally import Tally
 from ..core.words import Sentence, sentence, together
 from . import (

@@ -83,8 +83,8 @@ def draw_modifier(
         return
     for text in memory.report.problems:
         draw_text(layout, text, "ERROR", width)
-    if memory.report.inside_out:
-        draw_text(layout, problem.INSIDE_OUT, "INFO", width)
+    for text in memory.report.notes:
+        draw_text(layout, text, "INFO", width)
     drawn = "" if is_playing() else memory.cuts.note(memory.report, memory.faces)
     if drawn:
         draw_text(layout, drawn, "INFO", width)
@@ -120,13 +120,17 @@ def rows(report: Report) -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = []
     volumes = report.volumes
     if volumes is not None:
+        if volumes.bodies > 1:
+            found.append((words.shown("Volumes kept"), f"{volumes.bodies}"))
         found += [
             (words.shown("Target volume"), f"{volumes.target:.6g}"),
             (words.shown("Lattice alone"), f"{volumes.before:.6g} ({percent(volumes.before, volumes.target)})"),
             (words.shown("Corrected"), f"{volumes.after:.6g}"),
-            (words.shown("Error"), f"{volumes.error:.1e}"),
+            (words.shown("Error" if volumes.bodies == 1 else "Largest error"), f"{volumes.error:.1e}"),
             (words.shown("Points moved up to"), f"{report.largest_displacement:.4g}"),
         ]
+    if report.missing:
+        found.append((words.shown("Missing volume"), f"{report.missing:.4g}"))
     if report.vertices_outside is not None:
         found.append((words.shown("Vertices outside"), f"{report.vertices_outside}"))
     if report.result is not None:
