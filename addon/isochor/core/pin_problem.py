@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 
 from .words import Sentence, listed, sentence
 
-NOTHING_SELECTED = (
+NOTHING_SELECTED = Sentence(
     "Nothing is selected to pin: select vertices or faces of the mesh in Edit Mode, or click on its surface."
 )
-NOTHING_TO_BIND = "No pin needs to be bound: select the objects that are to hold the surface, along with the mesh."
-NO_PINS = "There are no pins to remove."
+NOTHING_TO_BIND = Sentence(
+    "No pin needs to be bound: select the objects that are to hold the surface, along with the mesh."
+)
+NO_PINS = Sentence("There are no pins to remove.")
 
 
 def too_many(name: str, count: int, points: int) -> Sentence:
