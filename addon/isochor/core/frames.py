@@ -131,4 +131,6 @@ def quick_number(request: "Request") -> int:
     sample = positions[:: max(1, len(positions) // SAMPLED)]
     frame = b"" if request.frame is None else request.frame.tobytes()
     transform = request.grid.to_object.tobytes()
-    return hash((request.control.tobytes(), sample.tobytes(), frame, transform, request.rest_volume, request.settings))
+    targets = b"" if request.pins is None else request.pins.targets.tobytes()
+    numbers = (request.control.tobytes(), sample.tobytes(), frame, transform, targets)
+    return hash((numbers, request.rest_volume, request.settings))

@@ -15,6 +15,7 @@ from . import problem
 from .bodies import Bodies, volumes
 from .bound import Embedding
 from .grid import Grid
+from .pins import Pins
 
 
 class Volumes(NamedTuple):
@@ -32,7 +33,8 @@ class Volumes(NamedTuple):
 @dataclass
 class Report:
     """Lengths in units of the object's own space, time in milliseconds. ``grid`` is the lattice as it stands, and also
-    what vertices are embedded in unless ``bound``, the lattice when its rest was set, is there."""
+    what vertices are embedded in unless ``bound``, the lattice when its rest was set, is there. ``result`` is there
+    where the lattice was corrected: ``keeps_volume`` says whether for the volume too, or for the pins alone."""
 
     problems: tuple[str, ...] = ()
     binding: isochor.Binding | None = field(default=None, repr=False)
@@ -40,6 +42,8 @@ class Report:
     bound: Embedding | None = field(default=None, repr=False)
     asked: NDArray[np.float64] | None = field(default=None, repr=False)
     result: isochor.Preserved | None = field(default=None, repr=False)
+    keeps_volume: bool = False
+    pins: Pins | None = field(default=None, repr=False)
     milliseconds: float = 0.0
     embed: Callable[[], isochor.Binding] | None = field(default=None, repr=False)
     """Puts the mesh of this frame back into the binding, which other frames may have used since."""
@@ -55,7 +59,7 @@ class Report:
 
     @property
     def vertices(self) -> NDArray[Any] | None:
-        """(V, 3) vertices that the user gets; None where no volume was corrected."""
+        """(V, 3) vertices that the user gets; None where the lattice was not corrected."""
         if self.rounded is not None:
             return self.rounded[0]
         return None if self.result is None else self.result.vertices
@@ -79,7 +83,7 @@ class Report:
     def volumes(self) -> Volumes | None:
         """None where no volume was corrected."""
         binding, result = self.embedded, self.result
-        if binding is None or result is None or self.asked is None:
+        if binding is None or result is None or self.asked is None or not self.keeps_volume:
             return None
         targets = np.asarray(result.targets)
         after = np.asarray(result.volumes) if self.rounded is None else volumes(*self.rounded)
@@ -102,6 +106,13 @@ class Report:
         return found
 
     @cached_property
+    def largest_miss(self) -> float | None:
+        """How far the pin that misses its target most is from it, in world units; None where none was held."""
+        if self.pins is None or self.vertices is None:
+            return None
+        return float(self.pins.misses(self.vertices).max())
+
+    @cached_property
     def largest_displacement(self) -> float | None:
         """How far the correction moved the control point that it moved most."""
         if self.result is None or self.asked is None:
@@ -116,4 +127,4 @@ class Report:
     @cached_property
     def inside_out(self) -> bool:
         """Whether the faces point inwards, so that the volume counts as negative."""
-        return self.result is not None and bool((np.asarray(self.result.targets) < 0.0).any())
+        return self.result is not None and self.keeps_volume and bool((np.asarray(self.result.targets) < 0.0).any())

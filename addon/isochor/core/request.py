@@ -11,6 +11,7 @@ from .arrays import same_array
 from .bodies import Bodies
 from .bound import Embedding
 from .grid import Grid
+from .pins import Pins, same_pins
 from .settings import Settings
 
 Vertices = NDArray[np.floating[Any]]
@@ -28,7 +29,7 @@ class Request:
     rounding. ``bound``: the lattice when its rest was set, from which ``control`` then moves the vertices; None where
     ``grid``, the lattice as it stands, embeds them. ``bodies``: which parts keep a volume of their own, or None for one
     volume of all, and ``rest_parts`` those volumes when they were first asked for. ``stiffness`` (nu, nv, nw) in
-    [0, 1], or None for 0 everywhere.
+    [0, 1], or None for 0 everywhere. ``pins``: points that must land on targets, or None.
     """
 
     positions: Vertices = field(repr=False)
@@ -46,6 +47,7 @@ class Request:
     bodies: Bodies | None = None
     rest_parts: tuple[float, ...] | None = None
     stiffness: NDArray[np.float64] | None = field(default=None, repr=False)
+    pins: Pins | None = None
 
     @property
     def embedding_grid(self) -> Grid:
@@ -73,6 +75,7 @@ class Request:
             and same_array(self.influence, other.influence)
             and same_array(self.stiffness, other.stiffness)
             and same_array(self.positions, other.positions)
+            and same_pins(self.pins, other.pins)
         )
 
     def embeds_as(self, other: "Request") -> bool:

@@ -72,3 +72,4 @@ class Settings:
     where_lost: float = 0.0
     cost: str = COSTS[0]
     unfolded: bool = False
+    falloff: float = 0.0

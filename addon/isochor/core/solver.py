@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import isochor
 
-from . import problem, weights
+from . import pin_problem, problem, weights
 from .arrays import same_array
 from .frames import Frames
 from .grid import build_lattice
@@ -112,24 +112,44 @@ class Solver:
             return Outcome(None, Report(problems=(problem.sentence(error, request.positions),)))
         problems = (self._no_device,) if self._no_device else ()
         report = Report(
-            binding=binding, grid=request.grid, bound=request.bound, asked=request.control, problems=problems
+            binding=binding,
+            grid=request.grid,
+            bound=request.bound,
+            asked=request.control,
+            problems=problems,
+            pins=request.pins,
         )
         report.method = request.settings.method
         report.embed = partial(_embedded_again, ref(self), request)
-        if request.settings.preserve <= 0.0:
-            return Outcome(single(binding.deform(request.control)), report)
-        try:
-            report.result = self._preserve(binding, request)
-        except isochor.Error as error:
-            report.problems = (*problems, request.no_triangles or problem.sentence(error, request.positions))
+        report.result = self._corrected(binding, request, report)
+        if report.result is None:
             return Outcome(single(binding.deform(request.control)), report)
         vertices = single(report.result.vertices)
         if request.double and request.triangles is not None:
             report.rounded = vertices, request.triangles, request.bodies
         return Outcome(vertices, report)
 
-    def _preserve(self, binding: isochor.Binding, request: Request) -> isochor.Preserved:
-        settings = request.settings
+    def _corrected(self, binding: isochor.Binding, request: Request, report: Report) -> isochor.Preserved | None:
+        """The lattice with its pins on their targets and its volume kept. Where the volume cannot be kept, with the
+        pins alone; where these cannot be either, None. What is wrong goes into the report."""
+        preserve = request.settings.preserve
+        for amount in (*([preserve] if preserve > 0.0 else []), *([0.0] if request.pins is not None else [])):
+            try:
+                result = self._preserve(binding, request, amount)
+            except isochor.PinError as error:
+                names = () if request.pins is None else request.pins.names
+                report.problems += (pin_problem.trouble(error, names),)
+                return None
+            except isochor.Error as error:
+                reason = (amount > 0.0 and request.no_triangles) or problem.sentence(error, request.positions)
+                report.problems = tuple(dict.fromkeys((*report.problems, reason)))
+            else:
+                report.keeps_volume = amount > 0.0
+                return result
+        return None
+
+    def _preserve(self, binding: isochor.Binding, request: Request, amount: float) -> isochor.Preserved:
+        settings, pins = request.settings, request.pins
         try:
             return binding.preserve(
                 request.control,
@@ -137,8 +157,9 @@ class Solver:
                 frame=request.frame,
                 method=METHODS[settings.method],
                 weights=self._weights(request),
-                target=wanted_volume(binding, request),
-                amount=settings.preserve,
+                pins=None if pins is None else pins.for_native(),
+                target=wanted_volume(binding, request) if amount > 0.0 else None,
+                amount=amount,
                 cost=COSTS[settings.cost],
                 limit="unfolded" if settings.unfolded else None,
             )
@@ -153,6 +174,9 @@ class Solver:
         found = [] if request.stiffness is None else [weights.of_stiffness(request.stiffness)]
         if share > 0.0 and lattice is not None:
             found.append(weights.of_loss(lattice, request.control, request.rest_control, share))
+        if request.pins is not None and request.settings.falloff > 0.0 and lattice is not None:
+            distance, rest = request.settings.falloff, request.rest_control
+            found.append(request.pins.fading_weights(lattice, request.positions, rest, distance))
         return weights.product(found)
 
     def _bind(self, request: Request) -> isochor.Binding:

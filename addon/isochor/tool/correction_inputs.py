@@ -8,8 +8,11 @@ from numpy.typing import NDArray
 
 from ..core import grid, problem
 from ..core.bodies import Bodies
+from ..core.pins import Pins
+from ..core.request import Vertices
 from ..core.settings import Settings
-from . import evaluated, node_group, sockets
+from . import evaluated, node_group, sockets, stack
+from . import pins as pinned
 from .job import Job, Memory
 
 
@@ -20,6 +23,22 @@ def bodies(
     parts = settings.parts
     weights = job.attribute(node_group.REGION, "value", 1, np.float32) if parts.region else None
     return memory.divided.read(job.obj, parts, None if weights is None else weights[:count], triangles)
+
+
+def pins(
+    job: Job,
+    memory: Memory,
+    modifiers: list[bpy.types.Modifier],
+    positions: Vertices,
+    triangles: NDArray[np.int32] | None,
+) -> tuple[Pins | None, list[str]]:
+    """The points that objects hold, or None where none does, and what is wrong with others."""
+    if pinned.collection(job.modifier) is None:
+        return None, []
+    own_count = len(job.obj.data.vertices) if stack.keeps_own_vertices(modifiers, job.modifier) else None
+    matrix = evaluated.matrix(job.obj_evaluated)
+    around = pinned.Around(matrix, job.depsgraph, positions, triangles, own_count)
+    return pinned.read(job.modifier, job.mode, around, memory.pinned)
 
 
 def stiffness(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..core.report import Report
 from ..core.request import Request, Vertices
 from ..core.solver import Outcome, Solver
-from . import evaluated
+from . import evaluated, pins
 from .bound import BoundCache
 from .divided import Divided
 from .drawn import Cuts
@@ -44,6 +44,7 @@ class Memory:
     cuts: Cuts = field(default_factory=Cuts)
     stiffness: StiffnessCache = field(default_factory=StiffnessCache)
     divided: Divided = field(default_factory=Divided)
+    pinned: pins.Corners = field(default_factory=pins.Corners)
 
     @property
     def transform_before(self) -> NDArray[np.float64] | None:

@@ -139,6 +139,7 @@ def _read_later(value: Callable[[str], Any], method: str) -> dict[str, Any]:
         "stiffness": value(STIFFNESS),
         "where_lost": max(0.0, min(1.0, value(WHERE_LOST))),
         "unfolded": bool(value(UNFOLDED)),
+        "falloff": max(0.0, value(FALLOFF)),
     }
     if any(parts):
         found["parts"] = settings.Parts(*parts, value(REGION_TARGET) if parts[2] else 1.0)

@@ -134,7 +134,8 @@ def _request(
     bodies, region_problems = correction_inputs.bodies(job, memory, settings, triangles, len(positions))
     stiffness, stiffness_problems = correction_inputs.stiffness(job, memory, settings, lattice)
     frame, frame_problems = correction_inputs.frame(job, settings, object_matrix, transform)
-    problems += [*region_problems, *stiffness_problems, *frame_problems]
+    pins, pin_problems = correction_inputs.pins(job, memory, modifiers, positions, triangles)
+    problems += [*region_problems, *stiffness_problems, *frame_problems, *pin_problems]
     request = Request(
         positions=positions,
         influence=influence,
@@ -150,6 +151,7 @@ def _request(
         bound=bound,
         bodies=bodies,
         stiffness=stiffness,
+        pins=pins,
     )
     return request, [*problems, *_between(modifiers, job.modifier)]
 

@@ -7,7 +7,7 @@ import bpy
 
 from ..core import problem
 from ..core.report import Report
-from ..tool import baked, sockets, stack, state, words
+from ..tool import baked, pin_collection, sockets, stack, state, words
 from ..tool.lattices import users_of
 from .adding import ISOCHOR_OT_add
 from .choosing import active_object
@@ -43,11 +43,13 @@ class VIEW3D_PT_isochor(bpy.types.Panel):
 
 
 def shown(context: bpy.types.Context) -> list[tuple[bpy.types.Object, bpy.types.NodesModifier]]:
-    """The Volume Lattices of the active mesh, or those that the active lattice shapes."""
+    """The Volume Lattices of the active mesh, or those that the active lattice shapes, or the active pin belongs to."""
     obj = active_object(context)
     if obj is None:
         return []
-    return users_of(obj) if obj.type == "LATTICE" else [(obj, modifier) for modifier in stack.ours(obj)]
+    if obj.type == "LATTICE":
+        return users_of(obj)
+    return [(obj, modifier) for modifier in stack.ours(obj)] or pin_collection.users(obj)
 
 
 def nothing_to_show(context: bpy.types.Context) -> str:
