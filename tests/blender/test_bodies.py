@@ -166,8 +166,10 @@ def test_a_missing_or_empty_region_is_told_and_the_whole_keeps_its_volume():
     ball.vertex_groups["Nose"].add([3, 4, 27, 28], 1.0, "REPLACE")
     bpy.context.view_layer.update()
     assert scenes.report(ball, modifier).problems == ()
-    shown_with(modifier, Region="")
+    shown_with(modifier, Region="", Islands=True)
     assert scenes.report(ball, modifier).problems == ()
+    shown_with(modifier, Region="Ear")
+    assert any("“Ear”" in text for text in scenes.report(ball, modifier).problems)
 
 
 def test_the_same_bodies_are_bound_once(monkeypatch):
