@@ -193,7 +193,7 @@ def test_a_plane_gets_a_lattice_of_some_thickness_and_a_word_on_its_volume():
     assert bpy.ops.isochor.add() == {"FINISHED"}
     lattice = lattice_of(plane)
     assert lattice.scale.z > 0
-    assert "open" in scenes.report(plane, plane.modifiers[0]).problems[0]
+    assert "hole" in scenes.report(plane, plane.modifiers[0]).problems[0]
     for point in lattice.data.points:
         point.co_deform.x *= 2.0
     bpy.context.view_layer.update()
