@@ -47,7 +47,11 @@ def test_sockets_have_the_names_and_panels_that_were_agreed():
             shown.setdefault(item.parent.name, []).append(item.name)
     assert shown == {
         "": ["Lattice", "Strength", "Vertex Group", "Invert"],
-        "Volume": ["Preserve", "Reference", "Target", "Axes", "Space", "Method"],
+        "Volume": [
+            *("Preserve", "Reference", "Target", "Axes", "Space", "Frame", "Method", "Cost", "Stiffness", "Where Lost"),
+            *("Islands", "Region", "Region Target", "Close Holes", "Unfolded"),
+        ],
+        "Pins": ["Pins", "Falloff"],
         "Animate": ["Axis", "Squash", "Taper", "Twist", "Bend", "Bend Direction", "Pivot"],
         "Interpolation": ["Basis", "Outside"],
     }
