@@ -4,10 +4,15 @@
 //! Hahmann, Bonneau, Barbier, Elber, Hagen: *Volume-preserving FFD for programmable graphics hardware* (2012), both problems, and
 //! what goes beyond: any number of pins and bodies, and methods that do not depend on an order of axes.
 
+mod band;
+mod bending;
 mod constraints;
 mod correction;
+mod costs;
+mod factor;
 pub(crate) mod frame;
 mod gradient;
+mod limit;
 mod metric;
 mod nearest;
 mod passes;
@@ -15,7 +20,9 @@ mod pins;
 mod plan;
 mod scale;
 mod search;
+mod surface_cost;
 mod sweep;
+mod together;
 mod wanted;
 
 use glam::DVec3;
@@ -25,6 +32,9 @@ use crate::error::Result;
 use crate::vertices::Scalar;
 
 use correction::Correction;
+pub use costs::Cost;
+pub(crate) use costs::Costs;
+pub use limit::Limit;
 use passes::OnEngine;
 pub use passes::{Coefficients, Passes};
 pub use pins::{PinPoint, Pins};
@@ -65,6 +75,10 @@ pub struct Preserve {
     /// How much of the way from the volume as deformed (with the pins on their targets) to the target: 0 leaves it, 1 reaches the
     /// target.
     pub amount: f64,
+    /// What is kept small while the volume changes.
+    pub cost: Cost,
+    /// What the correction must not do, even if it then misses the volume.
+    pub limit: Option<Limit>,
 }
 
 impl Default for Preserve {
@@ -77,6 +91,8 @@ impl Default for Preserve {
             pins: Pins::default(),
             target: None,
             amount: 1.0,
+            cost: Cost::Points,
+            limit: None,
         }
     }
 }
@@ -98,6 +114,8 @@ pub struct Preserved {
     /// Length of the displacements of the control points by the correction, `sqrt(sum w |delta|^2)`, in the weights' norm with the
     /// lightest weight 1.
     pub distance: f64,
+    /// Volume, of all bodies together, that is missing from the targets because of a limit.
+    pub missing: f64,
 }
 
 impl Preserved {
@@ -157,8 +175,13 @@ impl Plan {
             Method::Gradient => gradient::gradient(&mut correction)?,
             Method::Nearest => nearest::nearest(&mut correction)?,
         };
+        let missing = match &self.unfolded {
+            Some(unfolded) => unfolded.hold(&mut correction, &solved.targets)?,
+            None => 0.0,
+        };
         let control = correction.control;
         Ok(Preserved {
+            missing,
             distance: self.distance(&control),
             control,
             targets: solved.targets,
