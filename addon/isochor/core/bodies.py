@@ -57,7 +57,7 @@ class Bodies:
         rest = np.zeros(len(triangles), np.int32)
         if self.islands:
             rest = bound(positions, triangles, "islands", self.close_holes).body_of_triangle
-        return with_region(rest, self.region[triangles].all(axis=1))
+        return with_region(rest, np.asarray(self.region[triangles].all(axis=1)))
 
 
 def with_region(labels: Labels, inside: NDArray[np.bool_]) -> Labels:

@@ -2,6 +2,10 @@
 """Problems that are the animator's to solve, in plain words."""
 
 import re
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from .kinds import Kind
 from .words import Sentence, listed, together
@@ -459,12 +463,16 @@ def solo_key(name: str) -> str:
 
 BROKEN_EDGES = re.compile(r"(\d+) edges are (open|non-manifold|inconsistently wound)")
 """How the native library counts the edges for which a surface encloses nothing."""
+HOLES = re.compile(r"around (one|\d+) holes?: (\d+) edges from vertex (\d+) on")
+"""How it counts holes, the edges round the first of them, and names a vertex there."""
+OUT_OF_REACH = re.compile(r"(\S+) cannot be reached, only (\S+) can:")
+"""How it names a volume that cannot be reached, and the one that can."""
 
 
-def not_closed(counts: dict[str, str]) -> str:
-    """The mesh encloses nothing; number of edges of each kind in ``BROKEN_EDGES``."""
+def not_closed(counts: dict[str, str], holes: Sentence | None) -> str:
+    """The mesh encloses nothing; number of edges of each kind in ``BROKEN_EDGES``, and what is known of holes."""
     said = {
-        "open": Sentence("{count} edges are open: close the holes.", count=counts.get("open")),
+        "open": holes or Sentence("{count} edges are open: close the holes.", count=counts.get("open")),
         "non-manifold": Sentence(
             "{count} edges have more than two faces: remove the inner faces.", count=counts.get("non-manifold")
         ),
@@ -477,10 +485,46 @@ def not_closed(counts: dict[str, str]) -> str:
     return together([head, *(said[kind] for kind in counts)])
 
 
-def sentence(error: Exception) -> str:
-    """What an error of the native library says, as a sentence of its own."""
+def open_holes(count: str, edges: str, place: str) -> Sentence:
+    """So many holes, the first of so many edges and at that place in the object's space."""
+    if count == "one":
+        return Sentence(
+            "It has a hole of {edges} edges near {place}: fill it, or turn on Close Holes.", edges=edges, place=place
+        )
+    return Sentence(
+        "It has {count} holes, one of {edges} edges near {place}: fill them, or turn on Close Holes.",
+        count=count,
+        edges=edges,
+        place=place,
+    )
+
+
+def out_of_reach(wanted: str, reachable: str) -> str:
+    """A volume that no allowed correction gives, and the nearest one that some does."""
+    return Sentence(
+        "A volume of {wanted} cannot be reached, only {reachable}: give more axes a share, free stiff points, or make"
+        " the lattice larger than the mesh.",
+        wanted=wanted,
+        reachable=reachable,
+    )
+
+
+def sentence(error: Exception, positions: NDArray[np.floating[Any]] | None = None) -> str:
+    """What an error of the native library says, as a sentence of its own; ``positions`` (V, 3) of the mesh tell where
+    it has holes."""
     text = str(error)
     broken = {kind: count for count, kind in BROKEN_EDGES.findall(text)}
     if broken:
-        return not_closed(broken)
+        hole = HOLES.search(text)
+        if hole is None or positions is None or int(hole[3]) >= len(positions):
+            return not_closed(broken, None)
+        return not_closed(broken, _holes(hole, positions))
+    reach = OUT_OF_REACH.search(text)
+    if reach is not None:
+        return out_of_reach(reach[1], reach[2])
     return f"{text[:1].upper()}{text[1:]}{'' if text.endswith('.') else '.'}"
+
+
+def _holes(hole: re.Match[str], positions: NDArray[np.floating[Any]]) -> Sentence:
+    count, edges, vertex = hole.groups()
+    return open_holes(count, edges, "({:.3g}, {:.3g}, {:.3g})".format(*positions[int(vertex)]))

@@ -98,11 +98,14 @@ class Report:
     @property
     def notes(self) -> list[str]:
         """What is not wrong, and yet perhaps not what the animator believes, in plain words."""
+        result = self.result
+        if result is None or not self.keeps_volume:
+            return []
         found: list[str] = [problem.INSIDE_OUT] if self.inside_out else []
-        if self.result is not None and self.method and self.result.method != self.method.lower():
-            found.append(problem.fell_back(self.method, str(self.result.method).capitalize()))
+        if result.method != self.method.lower():
+            found.append(problem.fell_back(self.method, str(result.method).capitalize()))
         if self.missing:
-            found.append(problem.would_fold(self.missing, self.missing / self.result.target if self.result else 0.0))
+            found.append(problem.would_fold(self.missing, self.missing / result.target))
         return found
 
     @cached_property

@@ -109,7 +109,7 @@ class Solver:
             binding = self._bind(request)
         except isochor.Error as error:
             self._forget()
-            return Outcome(None, Report(problems=(problem.sentence(error),)))
+            return Outcome(None, Report(problems=(problem.sentence(error, request.positions),)))
         problems = (self._no_device,) if self._no_device else ()
         report = Report(
             binding=binding,
@@ -141,7 +141,7 @@ class Solver:
                 report.problems += (pin_problem.trouble(error, names),)
                 return None
             except isochor.Error as error:
-                reason = (amount > 0.0 and request.no_triangles) or problem.sentence(error)
+                reason = (amount > 0.0 and request.no_triangles) or problem.sentence(error, request.positions)
                 report.problems = tuple(dict.fromkeys((*report.problems, reason)))
             else:
                 report.keeps_volume = amount > 0.0

@@ -18,6 +18,7 @@ class Divided:
 
     bodies: Bodies | None = None
     triangles: NDArray[np.int32] | None = field(default=None, repr=False)
+    name: str = ""
     problems: list[str] = field(default_factory=list)
 
     def read(
@@ -34,10 +35,11 @@ class Divided:
             return None, []
         region = None if weights is None else weights >= IN_REGION
         asked = Bodies(parts.islands, parts.close_holes, region)
-        if triangles is not self.triangles or not asked.same_as(self.bodies) or self.problems:
+        known = triangles is self.triangles and parts.region == self.name and asked.same_as(self.bodies)
+        if not known or self.problems:
             self.problems = _problems(obj, parts.region, region, triangles)
             self.bodies = Bodies(parts.islands, parts.close_holes) if self.problems else asked
-            self.triangles = triangles
+            self.triangles, self.name = triangles, parts.region
         return self.bodies if self.bodies is not None and self.bodies.kind else None, list(self.problems)
 
 

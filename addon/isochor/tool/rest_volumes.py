@@ -17,11 +17,12 @@ def known(
     result = results.of(modifier, mode)
     if result is None:
         return request
-    if request.bodies is None:
+    bodies = request.bodies
+    if bodies is None:
         volume = result.get(results.REST_VOLUME)
         return replace(request, rest_volume=_whole(obj, modifier, mode, request, solver) if volume is None else volume)
     request = replace(request, rest_volume=result.get(results.REST_VOLUME))
-    stamp = request.bodies.stamp(len(request.positions))
+    stamp = bodies.stamp(len(request.positions))
     parts = results.kept_parts(result, stamp)
     return replace(request, rest_parts=parts) if parts else _with_parts(obj, modifier, mode, request, solver, stamp)
 
