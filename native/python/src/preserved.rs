@@ -83,7 +83,7 @@ impl Preserved {
     /// Volume that was aimed at, after `amount`; 0 where pins alone were wanted of a mesh that encloses nothing.
     #[getter]
     fn target(&self) -> f64 {
-        self.targets.iter().sum()
+        self.targets.iter().fold(0.0, |sum, target| sum + target)
     }
 
     /// Volume of each body that was aimed at, after `amount`, float64 (bodies,).

@@ -92,7 +92,7 @@ pub struct Preserved {
 impl Preserved {
     /// The volume aimed at, of all bodies together.
     pub fn target(&self) -> f64 {
-        self.targets.iter().sum()
+        self.targets.iter().fold(0.0, |sum, target| sum + target)
     }
 }
 
