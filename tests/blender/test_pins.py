@@ -163,7 +163,7 @@ def noted():
 
 
 def test_animated_empty_in_a_render_with_another_subdivision(noted, tmp_path):
-    ball, modifier = squashed_ball()
+    ball, _ = squashed_ball()
     finer = ball.modifiers.new("Finer", "SUBSURF")
     finer.levels, finer.render_levels = 0, 1
     ball.modifiers.move(1, 0)

@@ -300,7 +300,7 @@ def test_what_cannot_be_pinned_is_refused():
 
 
 def test_linked_objects_are_refused_and_held_as_they_were_saved(tmp_path):
-    ball, modifier = squashed_ball()
+    ball, _ = squashed_ball()
     (empty,) = pin(ball, NEAR)
     move(empty, 0.2, 0.0, 0.2)
     shape = scenes.evaluated_positions(ball)
@@ -317,7 +317,7 @@ def test_linked_objects_are_refused_and_held_as_they_were_saved(tmp_path):
 
 
 def test_appended_object_brings_its_pins(tmp_path):
-    ball, modifier = squashed_ball()
+    ball, _ = squashed_ball()
     (empty,) = pin(ball, NEAR)
     library = tmp_path / "library.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(library), check_existing=False)
