@@ -10,7 +10,7 @@ from typing import Final, Literal, SupportsFloat, SupportsIndex, final
 from numpy import bool_, float32, float64
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["__version__", "Binding", "Device", "Elastic", "Lattice", "Pins", "Preserved", "copy_bandwidth", "devices"]
+__all__ = ["__version__", "Binding", "Device", "Elastic", "Folds", "Lattice", "Pins", "Preserved", "copy_bandwidth", "devices"]
 
 __version__: Final[str]
 
@@ -240,6 +240,36 @@ class Elastic:
         """
 
 @final
+class Folds:
+    """
+    Where a shaped lattice folds over, or that it does not: the result of `Lattice.folds`. True where it is known to fold.
+    """
+    def __bool__(self, /) -> bool: ...
+    def __repr__(self, /) -> str: ...
+    @property
+    def parameters(self, /) -> NDArray[float64]:
+        """
+        Parameters (s, t, u), float64 (K, 3), where the determinant has the wrong sign: in each cell that folds, those of a regular grid
+        of at least sixteen along each axis of the domain; or one, where the fold is too small for that.
+        """
+    @property
+    def points(self, /) -> NDArray[float64]:
+        """
+        Where the lattice takes them, float64 (K, 3).
+        """
+    @property
+    def undecided(self, /) -> NDArray[float64]:
+        """
+        Where it is undecided, float64 (K, 3): for each such cell of the lattice, where it takes the middle of a piece left open.
+        """
+    @property
+    def verdict(self, /) -> str:
+        """
+        "unfolded": proved to fold nowhere, locally; "folded": there are points; "undecided": neither proved nor found, because the
+        determinant comes too near to zero somewhere, as in a shape that is flat in a place.
+        """
+
+@final
 class Lattice:
     """
     A free-form deformation lattice: a box of space, or its image under an affine map, with a spline over it.
@@ -328,6 +358,32 @@ class Lattice:
         Positions, float64 (V, 3), that control points (nu, nv, nw, 3) give to parameters (V, 3): equation (1) of the volume
         paper. Parameters outside [0, 1] follow the nearest ones inside. Raises LatticeError.
         """
+    def falloff(
+        self, /, points: ArrayLike, distance: SupportsFloat | SupportsIndex, control: ArrayLike | None = None
+    ) -> NDArray[float64]:
+        """
+        Weights for `Binding.preserve`, float64 (nu, nv, nw), that keep the correction near points (m, 3): exp(d / distance), where d is a
+        control point's distance from the nearest of them (figure 7 of the volume paper). control (nu, nv, nw, 3): where the control
+        points stand; None for `rest`.
+
+        Where all weights were above exp(600) they are divided by one factor, which changes no correction; those that are infinite even
+        so freeze their control points. Raises LatticeError.
+        """
+    def folds(self, /, control: ArrayLike, rest: ArrayLike | None = None, depth: ArrayLike | None = None) -> Folds:
+        """
+        Whether the lattice shaped by control points (nu, nv, nw, 3) folds over, and where: where the determinant of the map's derivative
+        has another sign than that of the lattice's frame.
+
+        rest (nu, nv, nw, 3): the shape that the lattice was bound in, from which the map is measured; None for `Lattice.rest`. In a cell in
+        which that shape itself is not proved to be unfolded, the answer is undecided.
+        depth: how often each cell of the lattice is halved along each axis at most, 0 to 24; 12 if not given. Only what the coarser
+        pieces leave open is halved.
+
+        "unfolded" is a proof, for every parameter in the domain: by Bernstein coefficients, with bounds on rounding. It is a local one. A lattice
+        bent round by more than 360 degrees overlaps itself without folding anywhere, and is unfolded.
+
+        Raises LatticeError.
+        """
     def invert(self, /, points: ArrayLike, control: ArrayLike) -> tuple[NDArray[float64], NDArray[bool_]]:
         """
         The way back of `evaluate`: for points (V, 3) the parameters, float64 (V, 3), at which the lattice shaped by control points
@@ -340,6 +396,17 @@ class Lattice:
         other.
 
         Raises LatticeError, and MeshError for points that are not finite.
+        """
+    def loss_weights(
+        self, /, control: ArrayLike, rest: ArrayLike | None = None, floor: SupportsFloat | SupportsIndex = ...
+    ) -> NDArray[float64]:
+        """
+        Weights for `Binding.preserve`, float64 (nu, nv, nw), with which the correction goes where the volume went: small where the lattice
+        shaped by control (nu, nv, nw, 3) has another local volume than at rest, or than shaped by rest (nu, nv, nw, 3).
+
+        The change e of a control point is |integral of B (det J - det J at rest)| / integral of B |det J at rest|, with J the map's
+        derivative and B the point's basis function; its weight is 1 / (floor + (1 - floor) e / (largest e)), from 1 where most
+        changed to 1 / floor where nothing did. Without any change all weights are 1. floor: above 0, up to 1. Raises LatticeError.
         """
     @property
     def origin(self, /) -> NDArray[float64]:
