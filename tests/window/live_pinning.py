@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pinning with the mouse in a real window: a click puts the pin where the surface is drawn, Esc and clicks beside it put
-none, undo takes one step, and moving the empty moves the surface. run_window_tests.py runs it."""
+"""Pinning with the mouse in a real window: a click puts the pin where the surface is drawn, Esc and clicks beside it
+put none, undo takes one step, and moving the empty moves the surface. run_window_tests.py runs it."""
 
 import sys
 from pathlib import Path
@@ -84,7 +84,8 @@ def everything(out: Path) -> window.Steps:
     require("a click on the surface puts one", len(empties()) == 1)
     pin = empties()[0]
     found = drawn_at(view, pin)
-    require(f"where it was clicked: {found} for {(x + 30, y + 20)}", np.abs(np.subtract(found, (x + 30, y + 20))).max() <= 1)
+    missed = np.abs(np.subtract(found, (x + 30, y + 20))).max()
+    require(f"where it was clicked, to within {missed} pixels", missed <= 1)
     require("on the surface", nearest(ball, pin.matrix_world.translation) < 1e-5)
     require("which is then chosen", bpy.context.view_layer.objects.active == pin and pin.select_get())
     yield from window.picture(out / "pinned.png")

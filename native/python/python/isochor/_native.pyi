@@ -10,7 +10,18 @@ from typing import Final, Literal, SupportsFloat, SupportsIndex, final
 from numpy import bool_, float32, float64
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["__version__", "Binding", "Device", "Elastic", "Folds", "Lattice", "Pins", "Preserved", "copy_bandwidth", "devices"]
+__all__ = [
+    "__version__",
+    "Binding",
+    "Device",
+    "Elastic",
+    "Folds",
+    "Lattice",
+    "Pins",
+    "Preserved",
+    "copy_bandwidth",
+    "devices",
+]
 
 __version__: Final[str]
 
