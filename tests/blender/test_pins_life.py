@@ -330,3 +330,33 @@ def test_appended_object_brings_its_pins(tmp_path):
     move(empty, 0.1, 0.2, 0.1)
     assert holds(ball, empty, NEAR)
     assert keeps_volume(ball)
+
+
+def test_a_library_override_is_held_by_its_own_empties(tmp_path):
+    ball, _ = squashed_ball()
+    pin(ball, NEAR)
+    character = bpy.data.collections.new("Character")
+    for obj in (ball, bpy.data.objects["Ball Cage"]):
+        bpy.context.scene.collection.objects.unlink(obj)
+        character.objects.link(obj)
+    held = bpy.data.collections["Ball Pins"]
+    bpy.context.scene.collection.children.unlink(held)
+    character.children.link(held)
+    bpy.context.scene.collection.children.link(character)
+    library = tmp_path / "library.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(library), check_existing=False)
+    scenes.empty_file()
+    with bpy.data.libraries.load(str(library), link=True) as (_there, here):
+        here.collections = ["Character"]
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    own = here.collections[0].override_hierarchy_create(scene, layer, do_fully_editable=True)
+    bpy.context.view_layer.update()
+    ball, empty = (next(obj for obj in own.all_objects if obj.type == kind) for kind in ("MESH", "EMPTY"))
+    for height in (0.2, 0.3):
+        move(empty, 0.0, 0.1, height)
+        assert holds(ball, empty, NEAR)
+        assert keeps_volume(ball)
+    scenes.choose(ball)
+    empty.select_set(True)
+    with pytest.raises(RuntimeError, match="comes from another file"):
+        bpy.ops.isochor.bind_pins()
