@@ -276,7 +276,7 @@ impl<'py, T: Hint> NdArray<'py, T> {
     }
 
     /// One number for each control point, (nu, nv, nw).
-    pub(crate) fn numbers(py: Python<'py>, numbers: Vec<f64>, shape: [usize; 3]) -> PyResult<Self> {
+    pub(crate) fn lattice(py: Python<'py>, numbers: Vec<f64>, shape: [usize; 3]) -> PyResult<Self> {
         Ok(Self::of(PyArray1::from_vec(py, numbers).reshape(shape)?.as_untyped().clone()))
     }
 }

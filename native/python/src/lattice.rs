@@ -231,7 +231,7 @@ impl Lattice {
         let shape = self.core.shape();
         let control = control.map(|c| Argument::lattice("control").control(&c, shape)).transpose()?;
         let weights = py.detach(|| self.core.falloff(&points, distance, control.as_deref()));
-        NdArray::numbers(py, weights.map_err(to_python)?, shape)
+        NdArray::lattice(py, weights.map_err(to_python)?, shape)
     }
 
     /// Weights for `Binding.preserve`, float64 (nu, nv, nw), with which the correction goes where the volume went: small where the lattice
@@ -253,7 +253,7 @@ impl Lattice {
         let rest = rest.map(|rest| Argument::lattice("rest").control(&rest, shape)).transpose()?;
         let floor = Argument::lattice("floor").number(&floor)?;
         let weights = py.detach(|| self.core.loss_weights(&control, rest.as_deref(), floor));
-        NdArray::numbers(py, weights.map_err(to_python)?, shape)
+        NdArray::lattice(py, weights.map_err(to_python)?, shape)
     }
 
     /// Embeds a mesh: everything that stays fixed while the control points move is computed here.
