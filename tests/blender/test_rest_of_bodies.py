@@ -174,3 +174,18 @@ def test_a_region_painted_anew_is_measured_anew():
     assert scenes.report(ball, modifier).problems == ()
     assert relative(pieces.region_volumes(ball, inside), rest) <= EXACT
     assert kept(modifier, "Viewport").count("r:") == 1
+
+
+def test_a_bake_holds_the_volume_of_every_island():
+    obj = two_cylinders()
+    rest = pieces.island_volumes(obj)
+    lattice = scenes.squashing_lattice(obj, 6, frames=6)
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 6
+    bpy.context.scene.frame_set(1)
+    scenes.volume_lattice(obj, lattice, Basis="B-Spline", Islands=True)
+    scenes.choose(obj)
+    assert bpy.ops.isochor.bake(format="SHAPE_KEYS") == {"FINISHED"}
+    assert scenes.part("tool.baked").is_playing(obj)
+    for frame in range(1, 7):
+        bpy.context.scene.frame_set(frame)
+        assert relative(pieces.island_volumes(obj), rest) <= EXACT
