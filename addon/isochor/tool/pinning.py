@@ -157,8 +157,7 @@ def _bound(
     if np.linalg.matrix_rank(matrix[:3, :3]) < 3:
         raise problem.Problem(pin_problem.flat_pin(holder.name))
     point = shape.nearest(matrix[:3, 3])
-    offset: Array = np.linalg.solve(matrix[:3, :3], point.world - matrix[:3, 3])
-    return point, offset
+    return point, np.asarray(np.linalg.solve(matrix[:3, :3], point.world - matrix[:3, 3]), np.float64)
 
 
 def _places(pair: Pair, points: list[Point], view_layer: bpy.types.ViewLayer) -> list[dict[str, Place]]:
