@@ -260,6 +260,31 @@ def test_removing_takes_the_chosen_ones_and_then_the_collection():
         bpy.ops.isochor.remove_pins()
 
 
+def test_pins_are_added_to_a_collection_that_is_excluded_or_in_no_scene():
+    ball, modifier = squashed_ball()
+    scenes.set_input(modifier, "Pins", bpy.data.collections.new("Hidden Away"))
+    (empty,) = pin(ball, NEAR)
+    assert bpy.context.view_layer.objects.active == ball
+    move(empty, 0.2, 0.0, 0.1)
+    assert holds(ball, empty, NEAR)
+
+
+def test_an_empty_without_a_place_or_a_size_is_told():
+    ball, modifier = squashed_ball()
+    first, second = pin(ball, NEAR, FAR)
+    first.location.x = float("nan")
+    bpy.context.view_layer.update()
+    assert f"“{first.name}”: stands nowhere" in pin_scenes.problems(ball, modifier)
+    assert holds(ball, second, FAR)
+    second.scale = (1.0, 0.0, 1.0)
+    bpy.context.view_layer.update()
+    assert holds(ball, second, FAR)
+    scenes.choose(ball)
+    second.select_set(True)
+    with pytest.raises(RuntimeError, match="has a scale of zero, so it can hold nothing"):
+        bpy.ops.isochor.bind_pins()
+
+
 def test_removing_the_modifier_takes_its_pins_along():
     ball, _ = squashed_ball()
     pin(ball, NEAR)

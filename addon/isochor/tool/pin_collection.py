@@ -51,7 +51,8 @@ def new_empty(
     empty[MADE_BY_ADD] = True
     held.objects.link(empty)
     space = context.space_data
-    if space is not None and space.type == "VIEW_3D" and space.local_view is not None:
+    is_local = space is not None and space.type == "VIEW_3D" and space.local_view is not None
+    if is_local and empty.name in context.view_layer.objects:
         empty.local_view_set(space, True)
     return empty
 
