@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::inversion::{Inversion, Preimage};
 use crate::lanes::{F32x8, F64x8, Lanes};
 use crate::lattice::Lattice;
+use crate::preserve::Costs;
 use crate::surface::{ClosedSurface, Measure};
 use crate::vertices::{Outside, Scalar, check_influence, check_triangles, check_vertices};
 use crate::walks::Walks;
@@ -60,6 +61,7 @@ pub struct Binding<T> {
     walks: OnceLock<Walks>,
     pub(crate) caps: OnceLock<Caps>,
     pub(crate) reference: OnceLock<Vec<Measure>>,
+    costs: Costs,
 }
 
 /// An engine in the lanes that suit the vertices.
@@ -152,6 +154,7 @@ impl<T: Scalar> Binding<T> {
             embedding,
             engine,
             walks: OnceLock::new(),
+            costs: Costs::default(),
             caps: OnceLock::new(),
             reference: OnceLock::new(),
         })
@@ -208,6 +211,7 @@ impl<T: Scalar> Binding<T> {
             self.outside,
         );
         self.walks = OnceLock::new();
+        self.costs = Costs::default();
         self.caps = OnceLock::new();
         Ok(())
     }
@@ -264,6 +268,11 @@ impl<T: Scalar> Binding<T> {
             Some(rest) => control.iter().zip(rest).map(|(p, rest)| p - rest).collect(),
             None => self.lattice.displacement(control)?,
         })
+    }
+
+    /// The factors of costs that couple control points.
+    pub(crate) fn costs(&self) -> &Costs {
+        &self.costs
     }
 
     /// The engine that deforms.
