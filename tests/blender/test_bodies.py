@@ -84,7 +84,7 @@ def test_an_open_piece_goes_along_and_the_closed_one_keeps_its_volume():
     modifier = scenes.volume_lattice(obj, lattice)
     rest = pieces.island_volumes(obj)[1]
     tapered(lattice)
-    assert "open" in " ".join(scenes.report(obj, modifier).problems)
+    assert "hole" in " ".join(scenes.report(obj, modifier).problems)
     flat = scenes.evaluated_positions(obj)[:4]
     shown_with(modifier, Islands=True)
     assert scenes.report(obj, modifier).problems == ()
@@ -109,7 +109,7 @@ def test_an_open_tube_keeps_the_volume_that_it_encloses_with_its_holes_closed():
     assert "32 edges near (0.6, 0, -1)" in problems
     assert "Close Holes" in problems
     plain = scenes.evaluated_positions(obj)
-    assert pieces.volume(plain, triangles) == pytest.approx(0.4 * rest, rel=1e-4)
+    assert pieces.volume(plain, triangles) == pytest.approx(0.4 * rest, rel=1e-3)
     shown_with(modifier, Close_Holes=True)
     assert scenes.report(obj, modifier).problems == ()
     assert pieces.volume(scenes.evaluated_positions(obj), triangles) == pytest.approx(rest, rel=EXACT)

@@ -39,6 +39,7 @@ def bent_by_bones(obj: bpy.types.Object, frames: int = 10) -> bpy.types.Object:
         pose.keyframe_insert("rotation_euler", frame=frame)
     modifier = obj.modifiers.new("Armature", "ARMATURE")
     modifier.object = armature
+    bpy.context.scene.frame_set(1)
     scenes.choose(obj)
     return armature
 
