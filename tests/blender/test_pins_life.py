@@ -87,6 +87,28 @@ def test_adding_in_edit_mode_takes_the_selected_vertices_and_leaves_the_mode():
     assert keeps_volume(ball)
 
 
+def test_adding_in_edit_mode_is_one_undo_step():
+    ball, _ = squashed_ball()
+    scenes.choose(ball)
+    bpy.ops.ed.undo_push(message="start")
+    bpy.ops.object.mode_set("EXEC_DEFAULT", True, mode="EDIT")
+    bpy.ops.mesh.select_all("EXEC_DEFAULT", True, action="DESELECT")
+    edited = bmesh.from_edit_mesh(ball.data)
+    edited.verts.ensure_lookup_table()
+    edited.verts[NEAR].select_set(True)
+    bmesh.update_edit_mesh(ball.data)
+    bpy.ops.ed.undo_push(message="selected")
+    assert bpy.ops.isochor.add_pin("EXEC_DEFAULT", True) == {"FINISHED"}
+    bpy.ops.ed.undo()
+    assert bpy.data.objects["Ball"].mode == "EDIT"
+    assert "Ball Pins" not in bpy.data.collections
+    bpy.ops.ed.redo()
+    ball, empty = bpy.data.objects["Ball"], bpy.data.objects["Ball Pin"]
+    assert ball.mode == "OBJECT"
+    move(empty, 0.1, 0.0, 0.1)
+    assert holds(ball, empty, NEAR)
+
+
 def test_faces_are_pinned_in_their_middle():
     ball, _ = squashed_ball()
     scenes.choose(ball)
