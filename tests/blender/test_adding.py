@@ -55,7 +55,7 @@ def test_sockets_have_the_names_and_panels_that_were_agreed():
         "Animate": ["Axis", "Squash", "Taper", "Twist", "Bend", "Bend Direction", "Pivot"],
         "Interpolation": ["Basis", "Outside"],
     }
-    assert list(shown) == ["", "Volume", "Animate", "Interpolation"]
+    assert list(shown) == ["", "Volume", "Pins", "Animate", "Interpolation"]
     defaults = {name: scenes.get_input(ball.modifiers[0], name) for name in ("Preserve", "Reference", "Target")}
     assert defaults == {"Preserve": 1.0, "Reference": "Rest", "Target": 1.0}
     assert tuple(scenes.get_input(ball.modifiers[0], "Axes")) == (1.0, 1.0, 1.0)

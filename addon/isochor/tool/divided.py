@@ -30,7 +30,7 @@ class Divided:
     ) -> tuple[Bodies | None, list[str]]:
         """The bodies, or None for one volume of all, and what is wrong with the region; ``weights`` (V,) are those of
         the vertices that entered in the region's group, None where they are not known."""
-        if parts == WHOLE or triangles is None:
+        if parts is WHOLE or parts == WHOLE or triangles is None:
             self.bodies = None
             return None, []
         region = None if weights is None else weights >= IN_REGION

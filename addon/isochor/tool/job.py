@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.folding import Folding
 from ..core.report import Report
 from ..core.request import Request, Vertices
 from ..core.solver import Outcome, Solver
@@ -42,6 +43,7 @@ class Memory:
     anchor: NDArray[np.float64] | None = None
     report: Report = field(default_factory=Report)
     cuts: Cuts = field(default_factory=Cuts)
+    folding: Folding = field(default_factory=Folding)
     stiffness: StiffnessCache = field(default_factory=StiffnessCache)
     divided: Divided = field(default_factory=Divided)
     pinned: pins.Corners = field(default_factory=pins.Corners)

@@ -96,7 +96,9 @@ class _Builder:
         fits = self._counts_agree(self._inputs.outputs["Geometry"], result)
         moved = self._take_positions(mesh, result)
         output = self._node("NodeGroupOutput")
-        self._link(self._switch("GEOMETRY", self._both(fits, self._every_input_used()), moved, mesh), output.inputs[0])
+        # In the branch that a frame rarely takes, so that no frame pays for it.
+        undeformed = self._switch("GEOMETRY", self._every_input_used(), mesh, mesh)
+        self._link(self._switch("GEOMETRY", fits, moved, undeformed), output.inputs[0])
         group_inputs.set_menus(self._group)
 
     def _store_incoming(self, mesh: Socket) -> Socket:
@@ -207,9 +209,6 @@ class _Builder:
         size = self._node("GeometryNodeAttributeDomainSize", component="MESH")
         self._link(geometry, size.inputs[0])
         return size.outputs["Point Count"]
-
-    def _both(self, one: Socket, other: Socket) -> Socket:
-        return self._operation(self._node("FunctionNodeBooleanMath", operation="AND"), one, other)
 
     def _floats(self, operation: str, one: Socket | float, other: Socket | float) -> Socket:
         return self._operation(self._node("ShaderNodeMath", operation=operation), one, other)

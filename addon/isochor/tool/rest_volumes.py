@@ -8,19 +8,19 @@ import bpy
 from ..core.request import Request
 from ..core.solver import Solver
 from . import results, stack
+from .job import Job
 
 
-def known(
-    obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mode: str, request: Request, solver: Solver
-) -> Request:
+def known(job: Job, request: Request, solver: Solver, result: bpy.types.Object | None) -> Request:
     """The request with the volumes kept in the file; where none are kept yet, those of what enters now are."""
-    result = results.of(modifier, mode)
     if result is None:
         return request
+    obj, modifier, mode = job.obj, job.modifier, job.mode
     bodies = request.bodies
     if bodies is None:
         volume = result.get(results.REST_VOLUME)
-        return replace(request, rest_volume=_whole(obj, modifier, mode, request, solver) if volume is None else volume)
+        volume = _whole(obj, modifier, mode, request, solver) if volume is None else volume
+        return replace(request, rest_volume=volume)
     request = replace(request, rest_volume=result.get(results.REST_VOLUME))
     stamp = bodies.stamp(len(request.positions))
     parts = results.kept_parts(result, stamp)

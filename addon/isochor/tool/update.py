@@ -60,7 +60,7 @@ def _update_modifier(
         memory.bound.look_at(result)
         request, problems = _request(job, memory, modifiers, entered, settings)
         problems += _edited(job, memory, result, settings)
-        memory.asked = rest_volumes.known(job.obj, job.modifier, job.mode, request, memory.solver)
+        memory.asked = rest_volumes.known(job, request, memory.solver, result)
         outcome = memory.solver.solve(memory.asked)
     except problem.Problem as trouble:
         outcome = Outcome(None, Report(problems=(trouble.sentence,)))

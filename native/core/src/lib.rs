@@ -45,6 +45,6 @@ pub use folds::{DEPTH, FoldTest, Folds, MOST_DEPTH, Verdict};
 pub use glam::{DMat3, DVec3};
 pub use inversion::Preimage;
 pub use lattice::{FACE_TOLERANCE, FACE_TOLERANCE_F32, Lattice};
-pub use preserve::{Coefficients, Cost, Method, Passes, PinPoint, Pins, Plan, Preserve, Preserved};
+pub use preserve::{Coefficients, Cost, Limit, Method, Passes, PinPoint, Pins, Plan, Preserve, Preserved};
 pub use surface::{ClosedSurface, Measure};
 pub use vertices::{Outside, Scalar};

@@ -14,7 +14,7 @@ use crate::errors::{to_python, warn};
 use crate::lattice::LatticeLike;
 use crate::pins::PinsLike;
 use crate::preserved::Preserved;
-use crate::words::{DeviceWord, MethodWord};
+use crate::words::{CostWord, DeviceWord, LimitWord, MethodWord};
 
 /// A binding of the core for either precision, shared with the results that measure on it.
 pub(crate) type Shared = Arc<RwLock<Precise>>;
@@ -267,8 +267,10 @@ impl Binding {
     /// control (nu, nv, nw, 3): the control points asked for.
     /// axes: shares of x, y, z in the correction, not negative, normalised; an axis with share 0 is not touched.
     /// frame (3, 3) rows: the directions that "axes" means; None for the coordinate axes.
-    /// method: "balanced" (geometric steps; keeps round things round; falls back to "sweep" where the volume changes sign)
-    /// or "sweep" (the paper's).
+    /// method: "balanced" (geometric steps; keeps round things round; falls back to "sweep" where the volume changes sign),
+    /// "sweep" (the paper's), "gradient" (one exact step over all axes with a share at once, no order of axes; falls back to
+    /// "balanced" where the volume turns before its target) or "nearest" (the smallest displacement over all axes with a share at
+    /// once, by iteration: about ten times the time of a sweep). For the last two shares only say which axes take part.
     /// weights (nu, nv, nw): positive; large keeps a control point, inf freezes it (Remark 2).
     /// pins: isochor.Pins, or (indices (m,), targets (m, 3)) of vertices: these points land exactly on their targets, whatever the
     /// shares (Problem 2, equations (20)-(24), for any number of pins).
@@ -276,9 +278,14 @@ impl Binding {
     /// to reference_volumes. None for reference_volumes.
     /// amount: 0 leaves the volume as deformed and pinned, 1 (if not given) reaches the target. Pins alone (amount 0) need no closed
     /// mesh.
+    /// cost: what the correction keeps small (Remark 1): "points" (how far control points move), "surface" (how far vertices move) or
+    /// "bending" (how much space is bent; stretching costs nothing). The last two are factorised at the first call after bind or
+    /// update; a lattice too large for that is a LatticeError. weights count in all of them.
+    /// limit: None, or "unfolded": the correction goes only so far that no cell of the lattice folds that is proved unfolded without
+    /// it; result.missing says how much volume is then missing.
     ///
     /// Raises PinError for pins that are repeated, contradict each other or cannot move, VolumeError, LatticeError, MeshError.
-    #[pyo3(signature = (control, axes=None, frame=None, method=MethodWord(isochor_core::Method::Balanced), weights=None, pins=None, target=None, amount=NumberLike::Default(1.0)))]
+    #[pyo3(signature = (control, axes=None, frame=None, method=MethodWord(isochor_core::Method::Balanced), weights=None, pins=None, target=None, amount=NumberLike::Default(1.0), cost=CostWord(isochor_core::Cost::Points), limit=None))]
     #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn preserve(
         &self,
@@ -291,6 +298,8 @@ impl Binding {
         pins: Option<PinsLike>,
         target: Option<TargetLike<'_>>,
         amount: NumberLike<'_>,
+        cost: CostWord,
+        limit: Option<LimitWord>,
     ) -> PyResult<Preserved> {
         let shape = self.shape(py);
         let control = Argument::lattice("control").control(&control, shape)?;
@@ -303,6 +312,8 @@ impl Binding {
             pins: pins.map(|pins| pins.0).unwrap_or_default(),
             target: target.map(|target| target.numbers(self.body_count(py))).transpose()?,
             amount: Argument::volume("amount").number(&amount)?,
+            cost: cost.0,
+            limit: limit.map(|limit| limit.0),
         };
         let (vertices, ran) = self.with_output(
             py,
