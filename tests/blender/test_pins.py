@@ -24,7 +24,7 @@ def test_adding_puts_an_empty_on_the_vertex_and_moves_nothing():
     assert scenes.report(ball, modifier).problems == ()
 
 
-@pytest.mark.parametrize("method", ["Balanced", "Sweep"])
+@pytest.mark.parametrize("method", ["Balanced", "Sweep", "Gradient", "Nearest"])
 def test_moving_the_empty_moves_the_vertex_exactly_and_keeps_the_volume(method):
     ball, _ = squashed_ball(Method=method)
     (empty,) = pin(ball, NEAR)
@@ -235,13 +235,15 @@ def test_falloff_is_a_length_in_the_world():
     assert np.abs(shapes[0] - shapes[1]).max() <= 1e-4
 
 
-def test_preserve_0_still_holds_and_leaves_the_volume():
-    ball, modifier = squashed_ball(Preserve=0.0)
+@pytest.mark.parametrize("method", ["Balanced", "Gradient", "Nearest"])
+def test_preserve_0_still_holds_and_leaves_the_volume(method):
+    ball, modifier = squashed_ball(Preserve=0.0, Method=method, Unfolded=True)
     (empty,) = pin(ball, NEAR)
     move(empty, 0.4, 0.0, 0.4)
     assert holds(ball, empty, NEAR)
     assert not keeps_volume(ball)
     assert scenes.report(ball, modifier).problems == ()
+    assert scenes.report(ball, modifier).notes == []
     assert scenes.report(ball, modifier).volumes is None
     scenes.set_input(modifier, "Preserve", 1.0)
     bpy.context.view_layer.update()
