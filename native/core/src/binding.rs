@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! A mesh bound to a lattice: everything that stays fixed while the control points move.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -36,16 +36,16 @@ pub struct Binding<T> {
     /// Where the vertices stand in the lattice shaped by `rest`.
     preimages: Option<Vec<Preimage>>,
     surface: OnceLock<Result<ClosedSurface>>,
-    embedding: Embedding,
+    embedding: Arc<Embedding>,
     engine: Precision,
-    walks: OnceLock<Walks>,
+    walks: OnceLock<Arc<Walks>>,
     reference: OnceLock<Measure>,
 }
 
 /// An engine in the lanes that suit the vertices.
 pub(crate) enum Precision {
-    Single(Engine<F32x8>),
-    Double(Engine<F64x8>),
+    Single(Arc<Engine<F32x8>>),
+    Double(Arc<Engine<F64x8>>),
 }
 
 /// Does the same with an engine of either precision.
@@ -291,14 +291,14 @@ impl<T: Scalar> Binding<T> {
     }
 
     /// Where the vertices stand in the lattice.
-    pub(crate) fn embedding(&self) -> &Embedding {
+    pub(crate) fn embedding(&self) -> &Arc<Embedding> {
         &self.embedding
     }
 
     /// The closed walks of neighbours around all slots.
-    pub(crate) fn walks(&self) -> Result<&Walks> {
+    pub(crate) fn walks(&self) -> Result<&Arc<Walks>> {
         let surface = self.surface()?;
-        Ok(self.walks.get_or_init(|| Walks::new(&self.embedding, surface)))
+        Ok(self.walks.get_or_init(|| Arc::new(Walks::new(&self.embedding, surface))))
     }
 
     /// Writes a state in the order bound, rounded to the vertices' type.
@@ -399,14 +399,14 @@ fn embed<T: Scalar>(
     preimages: Option<&[Preimage]>,
     influence: Option<&[f64]>,
     outside: Outside,
-) -> (Embedding, Precision) {
+) -> (Arc<Embedding>, Precision) {
     let at = |vertex: usize| spot(lattice, vertices, preimages, vertex);
     let (embedding, located) = Embedding::new::<T>(lattice, vertices.len(), at, influence, outside);
     let single = T::EPSILON > f64::EPSILON && embedding.extent >= SINGLE_EXTENT;
     let engine = if single {
-        Precision::Single(Engine::new(&embedding, &located, vertices, lattice.shape()))
+        Precision::Single(Arc::new(Engine::new(&embedding, &located, vertices, lattice.shape())))
     } else {
-        Precision::Double(Engine::new(&embedding, &located, vertices, lattice.shape()))
+        Precision::Double(Arc::new(Engine::new(&embedding, &located, vertices, lattice.shape())))
     };
-    (embedding, engine)
+    (Arc::new(embedding), engine)
 }

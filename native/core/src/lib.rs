@@ -24,6 +24,7 @@ mod plan;
 mod preserve;
 mod sum;
 mod surface;
+mod tensor;
 mod vertices;
 mod walks;
 mod words;
