@@ -188,9 +188,13 @@ impl Mesh {
             return Ok(Outcome { preserved, work: Work::Cpu, seconds: None });
         }
         let seconds = self.deform(binding, control, out)?;
-        let target = binding.measure(out)?.volume;
-        let preserved =
-            Preserved { control: control.to_vec(), target, method: options.method, iterations: 0 };
+        let preserved = Preserved {
+            control: control.to_vec(),
+            targets: vec![binding.measure(out)?.volume],
+            method: options.method,
+            iterations: 0,
+            distance: 0.0,
+        };
         Ok(Outcome { preserved, work: Work::Device, seconds })
     }
 
@@ -252,7 +256,7 @@ impl Mesh {
         let [to_frame, from_frame] = plan.maps();
         let centre = to_frame * binding.lattice().centre();
         let [x, y, z] = ((plan.middle - centre) / self.unit).to_array().map(|value| value as f32);
-        let six_wanted = 6.0 * plan.wanted / plan.determinant / self.unit.powi(3);
+        let six_wanted = 6.0 * plan.wanted_in_all() / plan.determinant / self.unit.powi(3);
         let size = extent(control).max(self.size) / self.unit;
         Frame {
             to_frame: columns(to_frame),
@@ -315,9 +319,15 @@ fn corrected(control: &[DVec3], options: &Preserve, plan: &Plan, found: &Found, 
             plan.move_along(*axis, distance, point);
         }
     }
-    let target =
-        if options.amount == 1.0 { plan.wanted } else { before + options.amount * (plan.wanted - before) };
-    Preserved { control, target, method: options.method, iterations: u32::from(has_moved) }
+    let wanted = plan.wanted_in_all();
+    let target = if options.amount == 1.0 { wanted } else { before + options.amount * (wanted - before) };
+    Preserved {
+        distance: plan.distance(&control),
+        control,
+        targets: vec![target],
+        method: options.method,
+        iterations: u32::from(has_moved),
+    }
 }
 
 fn is_close<T: Scalar>(
@@ -326,7 +336,8 @@ fn is_close<T: Scalar>(
     out: &[[T; 3]],
 ) -> isochor_core::Result<bool> {
     let volume = binding.measure(out)?.volume;
-    Ok((volume - preserved.target).abs() <= TOLERANCE * preserved.target.abs())
+    let target = preserved.target();
+    Ok((volume - target).abs() <= TOLERANCE * target.abs())
 }
 
 /// One exact step along one axis, from the control points that the device found.
@@ -342,7 +353,7 @@ fn close<T: Scalar>(
     let closing = Preserve {
         axes,
         method: Method::Sweep,
-        target: Some(preserved.target),
+        target: Some(preserved.target()),
         amount: 1.0,
         ..options.clone()
     };

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//! Sizes below which areas and volumes of the deformed mesh are nothing but rounding.
+
+use glam::DVec3;
+
+/// An axis whose coefficients are smaller than this fraction of the squared extent of the lattice is flat: rounding alone
+/// makes coefficients of about 1e-15 of it. A volume smaller than this fraction of the cube is zero but for rounding: it
+/// has no sign, and no ratio to another.
+const FLAT: f64 = 1e-12;
+
+/// Rounding errors of coordinates, in units of the largest coordinate and of one rounding. A few dozen operations lie between
+/// control points and the differences of deformed vertices, but their errors mostly cancel in sums over vertices.
+const ROUNDINGS: f64 = 2.0;
+
+/// The size of what a correction moves, and the rounding in it.
+#[derive(Debug, Clone)]
+pub(crate) struct Scale {
+    /// Largest side of the control points' box: an upper bound for the size of what they deform.
+    pub(crate) extent: f64,
+    /// Rounding error of a coordinate.
+    rounding: f64,
+}
+
+impl Scale {
+    /// `epsilon`: relative rounding error of one number in the passes over the mesh.
+    pub(crate) fn new(control: &[DVec3], rest: &[DVec3], epsilon: f64) -> Self {
+        let (low, high) = crate::lattice::bounds(control);
+        let largest = control.iter().chain(rest).map(|p| p.abs().max_element()).fold(0.0, f64::max);
+        Self { extent: (high - low).max_element(), rounding: ROUNDINGS * epsilon * largest }
+    }
+
+    pub(crate) fn no_area(&self) -> f64 {
+        (FLAT * self.extent + self.rounding) * (self.extent + self.rounding)
+    }
+
+    pub(crate) fn no_volume(&self) -> f64 {
+        self.no_area() * (self.extent + self.rounding)
+    }
+}
