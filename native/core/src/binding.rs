@@ -13,6 +13,7 @@ use crate::inversion::{Inversion, Preimage};
 use crate::lanes::{F32x8, F64x8, Lanes};
 use crate::lattice::Lattice;
 use crate::surface::{ClosedSurface, Measure};
+use crate::tensor::Chosen;
 use crate::vertices::{Outside, Scalar, check_influence, check_triangles, check_vertices};
 use crate::walks::Walks;
 use crate::words::number;
@@ -40,6 +41,7 @@ pub struct Binding<T> {
     engine: Precision,
     walks: OnceLock<Arc<Walks>>,
     reference: OnceLock<Measure>,
+    chosen: Chosen,
 }
 
 /// An engine in the lanes that suit the vertices.
@@ -115,6 +117,7 @@ impl<T: Scalar> Binding<T> {
             engine,
             walks: OnceLock::new(),
             reference: OnceLock::new(),
+            chosen: Chosen::default(),
         })
     }
 
@@ -167,6 +170,7 @@ impl<T: Scalar> Binding<T> {
             self.outside,
         );
         self.walks = OnceLock::new();
+        self.chosen = Chosen::default();
         Ok(())
     }
 
@@ -299,6 +303,19 @@ impl<T: Scalar> Binding<T> {
     pub(crate) fn walks(&self) -> Result<&Arc<Walks>> {
         let surface = self.surface()?;
         Ok(self.walks.get_or_init(|| Arc::new(Walks::new(&self.embedding, surface))))
+    }
+
+    /// Relative rounding error of one number in the passes over the vertices.
+    pub(crate) fn epsilon(&self) -> f64 {
+        match self.engine {
+            Precision::Single(_) => f32::EPSILON.into(),
+            Precision::Double(_) => f64::EPSILON,
+        }
+    }
+
+    /// How corrections are to be computed.
+    pub(crate) fn chosen(&self) -> &Chosen {
+        &self.chosen
     }
 
     /// Writes a state in the order bound, rounded to the vertices' type.

@@ -135,13 +135,6 @@ impl<L: Lanes> Engine<L> {
         (self.parameter[block].each_ref().map(at), at(&self.influence[block]), DVec3::from_array(rest))
     }
 
-    /// Whether the lattice has the same influence on every vertex.
-    pub(crate) fn has_one_influence(&self, embedding: &Embedding) -> bool {
-        let numbers: &[L::Real] = bytemuck::cast_slice(&self.influence);
-        let mut all = numbers.iter().zip(&embedding.vertex).filter(|(_, v)| **v != EMPTY).map(|(s, _)| s.to_f64());
-        all.next().is_none_or(|first| all.all(|s| s == first))
-    }
-
     /// Returns a state's memory for the next call.
     pub(crate) fn recycle(&self, state: State<L>) {
         self.spare.lock().unwrap_or_else(PoisonError::into_inner).push(state);

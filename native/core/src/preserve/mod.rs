@@ -20,6 +20,7 @@ use crate::binding::{Binding, with_engine};
 use crate::error::Result;
 use crate::vertices::Scalar;
 
+use crate::tensor::OnTensor;
 use correction::Correction;
 use passes::OnEngine;
 pub use passes::{Coefficients, Passes};
@@ -117,6 +118,12 @@ impl<T: Scalar> Binding<T> {
     /// and where no displacement allowed can change the volume.
     pub fn preserve(&self, control: &[DVec3], options: &Preserve, out: &mut [[T; 3]]) -> Result<Preserved> {
         let plan = self.plan(control, options)?;
+        if let Some(tensor) = if plan.wanted.len() == 1 { self.tensor() } else { None } {
+            let mut passes = OnTensor::new(&tensor, &plan.frame, &plan.displacement, self.epsilon());
+            let preserved = plan.carry_out(&mut passes)?;
+            self.deform(&preserved.control, out)?;
+            return Ok(preserved);
+        }
         with_engine!(self, engine => {
             let mut passes = OnEngine::new(self, engine, &plan.frame, plan.middle, &plan.displacement);
             let preserved = plan.carry_out(&mut passes)?;

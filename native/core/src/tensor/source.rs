@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-//! The functions that a deformed mesh is made of: one for each control point and three of what the lattice leaves where it is.
+//! The functions that a deformed mesh is made of: one for each control point, and what does not follow the control points.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,13 +12,15 @@ use crate::engine::Engine;
 use crate::lanes::{LANES, Lanes};
 use crate::walks::Walks;
 
-/// Functions before those of the control points: x, y, z of what does not follow the control points.
+/// Functions before those of the control points: x, y, z of what does not follow them. One more comes after them: the influence.
 pub(crate) const FIXED: usize = 3;
 
 /// The vertices of a binding as functions of its control points.
 ///
-/// A vertex stands at `centre + sum B' (P - centre) + e` with `B' = influence * B`; the rest `e` is rounding where the lattice at
-/// rest is the identity map and has full influence, and whatever else influence and the vertices outside leave.
+/// With `s` its influence, a vertex stands at `centre + e + s sum B (P - centre)`, where `e` is nothing but rounding if the lattice
+/// at rest is the identity map and `s` is 1. That is `centre + e + sum s B (P - m) + s (m - centre)` for any `m`: functions `e`,
+/// `s B` and `s`, times unit vectors, control points about `m`, and one vector that alone is large where the whole lattice
+/// moved far away. A constant adds nothing to the volume of a closed surface, so neither does `s` where it is the same everywhere.
 pub(crate) struct Source<L: Lanes> {
     pub(crate) engine: Arc<Engine<L>>,
     pub(crate) embedding: Arc<Embedding>,
@@ -39,21 +41,23 @@ pub(crate) struct Group {
 impl Group {
     /// Number of functions that the group's vertices and their neighbours are made of.
     pub(crate) fn functions(&self) -> usize {
-        FIXED + self.size.iter().product::<usize>()
+        FIXED + self.size.iter().product::<usize>() + 1
     }
 
     /// Numbers of these functions in a lattice of `shape`, ascending.
     pub(crate) fn names(&self, shape: [usize; 3]) -> Vec<usize> {
         let ([i0, j0, k0], [nu, nv, nw]) = (self.low, self.size);
         let rows = (i0..i0 + nu).flat_map(|i| (j0..j0 + nv).map(move |j| (i * shape[1] + j) * shape[2] + k0));
-        (0..FIXED).chain(rows.flat_map(|row| FIXED + row..FIXED + row + nw)).collect()
+        let points = rows.flat_map(|row| FIXED + row..FIXED + row + nw);
+        let influence = FIXED + shape.iter().product::<usize>();
+        (0..FIXED).chain(points).chain([influence]).collect()
     }
 }
 
 impl<L: Lanes> Source<L> {
     /// Number of functions altogether.
     pub(crate) fn functions(&self) -> usize {
-        FIXED + self.rest.len()
+        FIXED + self.rest.len() + 1
     }
 
     /// The vertices with triangles, by the functions that act on them and their neighbours.
@@ -121,5 +125,8 @@ impl<L: Lanes> Source<L> {
             }
         }
         row[..FIXED].copy_from_slice(&left.to_array());
+        if let Some(last) = row.last_mut() {
+            *last = influence;
+        }
     }
 }

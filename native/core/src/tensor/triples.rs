@@ -49,11 +49,6 @@ impl Triples {
         &mut self.numbers[self.starts[b]..self.starts[b + 1]]
     }
 
-    /// Sets everything to zero.
-    pub(crate) fn clear(&mut self) {
-        self.numbers.fill(F64x8::ZERO);
-    }
-
     /// Adds `factor` times the triples of some of the functions, named in ascending order.
     pub(crate) fn add(&mut self, part: &Self, names: &[usize], factor: f64) {
         for b in 1..part.functions {
