@@ -263,7 +263,7 @@ impl Lattice {
     }
 
     /// Of every axis the first control point that acts at clamped parameters, and the basis functions' values from there on.
-    fn axis_taps(&self, parameter: DVec3) -> [(usize, Vec<f64>); 3] {
+    pub(crate) fn axis_taps(&self, parameter: DVec3) -> [(usize, Vec<f64>); 3] {
         let clamped = parameter.clamp(DVec3::ZERO, DVec3::ONE).to_array();
         std::array::from_fn(|axis| {
             let basis = &self.axes[axis];

@@ -10,6 +10,9 @@
 
 mod basis;
 mod binding;
+mod bodies;
+mod broken;
+mod caps;
 pub mod elastic;
 mod embedding;
 mod engine;
@@ -19,6 +22,7 @@ mod kernels;
 mod lanes;
 mod lattice;
 pub mod layout;
+mod measures;
 mod pieces;
 mod preserve;
 mod sum;
@@ -29,7 +33,8 @@ mod walks;
 mod words;
 
 pub use basis::{AxisBasis, MAX_POINTS, Span};
-pub use binding::Binding;
+pub use binding::{Bind, Binding};
+pub use bodies::Bodies;
 pub use elastic::Elastic;
 pub use error::{Error, Result};
 pub use glam::{DMat3, DVec3};

@@ -20,10 +20,10 @@ pub(crate) struct Walks {
 }
 
 impl Walks {
-    /// The walks of a surface, by the slots of an embedding of the same vertices.
+    /// The walks of a surface, by the slots of an embedding of the same nodes.
     pub(crate) fn new(embedding: &Embedding, surface: &ClosedSurface) -> Self {
         let around = |v: u32| if v == EMPTY { &[] } else { surface.around(v as usize) };
-        let blocks = embedding.vertex.as_chunks::<LANES>().0;
+        let blocks = embedding.node.as_chunks::<LANES>().0;
         let longest = |block: &[u32; LANES]| block.iter().map(|&v| around(v).len()).max().unwrap_or_default();
         let lengths: Vec<usize> = blocks.par_iter().map(longest).collect();
         let mut offsets = Vec::with_capacity(blocks.len() + 1);
@@ -44,7 +44,7 @@ impl Walks {
                 }
             }
         });
-        let slots = embedding.vertex.len();
+        let slots = embedding.node.len();
         assert!(steps.as_flattened().iter().all(|&slot| (slot as usize) < slots));
         Self { offsets, steps, slots }
     }
@@ -56,7 +56,7 @@ impl Walks {
     }
 
     /// The walk around one slot, without the last neighbour's repetitions.
-    pub(crate) fn around_slot(&self, slot: usize) -> impl Iterator<Item = u32> + Clone + ExactSizeIterator {
+    pub(crate) fn around_slot(&self, slot: usize) -> impl ExactSizeIterator<Item = u32> {
         let (walk, lane) = (self.around(slot / LANES), slot % LANES);
         let repeated = walk.windows(2).rev().take_while(|two| two[0][lane] == two[1][lane]).count();
         walk[..walk.len() - repeated].iter().map(move |step| step[lane])

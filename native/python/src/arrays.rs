@@ -91,6 +91,10 @@ impl Argument {
         Self { name, family: Family::Volume }
     }
 
+    pub(crate) const fn pins(name: &'static str) -> Self {
+        Self { name, family: Family::Pin }
+    }
+
     pub(crate) const fn elastic(name: &'static str) -> Self {
         Self { name, family: Family::Elastic }
     }
@@ -251,6 +255,11 @@ impl<'py, T: Hint> NdArray<'py, T> {
     /// An array that exists already.
     pub(crate) fn of(array: Bound<'py, PyUntypedArray>) -> Self {
         Self(array, PhantomData)
+    }
+
+    /// One number for each of something.
+    pub(crate) fn numbers(py: Python<'py>, numbers: &[f64]) -> Self {
+        Self::of(PyArray1::from_slice(py, numbers).as_untyped().clone())
     }
 
     /// Points (V, 3) or control points (nu, nv, nw, 3).

@@ -9,8 +9,9 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Argument, ArrayLike, NdArray, NumberLike, Numbers, OfVertices, converted};
 use crate::backend::Backend;
-use crate::errors::{PinError, to_python, warn};
+use crate::errors::{to_python, warn};
 use crate::lattice::LatticeLike;
+use crate::pins::PinsLike;
 use crate::preserved::Preserved;
 use crate::words::{DeviceWord, MethodWord};
 
@@ -233,8 +234,8 @@ impl Binding {
         py.detach(|| self.backend.bytes())
     }
 
-    /// Deforms and corrects the control points so that the volume is the target, exactly: Problem 1 of the volume paper,
-    /// equations (13)-(17).
+    /// Deforms and corrects the control points so that the volume is the target, exactly: Problems 1 and 2 of the volume
+    /// paper, equations (13)-(24).
     ///
     /// control (nu, nv, nw, 3): the control points asked for.
     /// axes: shares of x, y, z in the correction, not negative, normalised; an axis with share 0 is not touched.
@@ -242,11 +243,13 @@ impl Binding {
     /// method: "balanced" (geometric steps; keeps round things round; falls back to "sweep" where the volume changes sign)
     /// or "sweep" (the paper's).
     /// weights (nu, nv, nw): positive; large keeps a control point, inf freezes it (Remark 2).
-    /// pins: must be None; direct manipulation is not available.
+    /// pins: isochor.Pins, or (indices (m,), targets (m, 3)) of vertices: these points land exactly on their targets, whatever the
+    /// shares (Problem 2, equations (20)-(24), for any number of pins).
     /// target: the volume to reach; None for reference_volume.
-    /// amount: 0 leaves the volume as deformed, 1 (if not given) reaches the target.
+    /// amount: 0 leaves the volume as deformed and pinned, 1 (if not given) reaches the target. Pins alone (amount 0) need no closed
+    /// mesh.
     ///
-    /// Raises VolumeError, LatticeError, MeshError.
+    /// Raises PinError for pins that are repeated, contradict each other or cannot move, VolumeError, LatticeError, MeshError.
     #[pyo3(signature = (control, axes=None, frame=None, method=MethodWord(isochor_core::Method::Balanced), weights=None, pins=None, target=None, amount=NumberLike::Default(1.0)))]
     #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn preserve(
@@ -257,15 +260,10 @@ impl Binding {
         frame: Option<ArrayLike<'_>>,
         method: MethodWord,
         weights: Option<ArrayLike<'_>>,
-        pins: Option<ArrayLike<'_>>,
+        pins: Option<PinsLike>,
         target: Option<NumberLike<'_>>,
         amount: NumberLike<'_>,
     ) -> PyResult<Preserved> {
-        if pins.is_some() {
-            return Err(PinError::new_err(
-                "pins: found some, expected None; pins are not available in this version",
-            ));
-        }
         let shape = self.shape(py);
         let control = Argument::lattice("control").control(&control, shape)?;
         let options = Preserve {
@@ -274,6 +272,7 @@ impl Binding {
             frame: frame.map(|frame| Argument::volume("frame").rows(&frame)).transpose()?,
             method: method.0,
             weights: weights.map(|weights| point_weights(&weights, shape)).transpose()?,
+            pins: pins.map(|pins| pins.0).unwrap_or_default(),
             target: target.map(|target| Argument::volume("target").number(&target)).transpose()?,
             amount: Argument::volume("amount").number(&amount)?,
         };

@@ -8,6 +8,7 @@ mod device;
 mod elastic;
 mod errors;
 mod lattice;
+mod pins;
 mod preserved;
 mod words;
 
@@ -26,6 +27,8 @@ mod _native {
     use super::elastic::Elastic;
     #[pymodule_export]
     use super::lattice::Lattice;
+    #[pymodule_export]
+    use super::pins::Pins;
     #[pymodule_export]
     use super::preserved::Preserved;
     #[pymodule_export]

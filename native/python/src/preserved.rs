@@ -15,9 +15,7 @@ pub(crate) struct Preserved {
     binding: Shared,
     control: Py<PyUntypedArray>,
     vertices: Py<PyUntypedArray>,
-    /// Volume that was aimed at, after `amount`.
-    #[pyo3(get)]
-    target: f64,
+    targets: Vec<f64>,
     /// What computed, after any fall-back: "cpu" or "gpu".
     #[pyo3(get)]
     device: &'static str,
@@ -30,6 +28,10 @@ pub(crate) struct Preserved {
     /// Rounds over the axes: 1, more where an axis was flat and passed its share on, 0 where nothing was to do.
     #[pyo3(get)]
     iterations: u32,
+    /// How far the correction moved the control points, pins' part included: sqrt(sum of weight times squared distance), where
+    /// the lightest weight counts as 1.
+    #[pyo3(get)]
+    distance: f64,
 }
 
 impl Preserved {
@@ -47,7 +49,8 @@ impl Preserved {
             binding,
             control: control.unbind(),
             vertices: vertices.unbind(),
-            target: outcome.target,
+            targets: outcome.targets.clone(),
+            distance: outcome.distance,
             device: ran.device,
             device_seconds: ran.seconds,
             method: method_name(outcome.method),
@@ -77,16 +80,31 @@ impl Preserved {
         Ok(measure(py, &self.binding, self.vertices.bind(py))?.volume)
     }
 
+    /// Volume that was aimed at, after `amount`; 0 where pins alone were wanted of a mesh that encloses nothing.
+    #[getter]
+    fn target(&self) -> f64 {
+        self.targets.iter().fold(0.0, |sum, target| sum + target)
+    }
+
+    /// Volume of each body that was aimed at, after `amount`, float64 (bodies,).
+    #[getter]
+    fn targets<'py>(&self, py: Python<'py>) -> NdArray<'py, f64> {
+        NdArray::numbers(py, &self.targets)
+    }
+
     /// |volume - target| / |target|, measured on `vertices` in float64 when asked for.
     #[getter]
     fn error(&self, py: Python<'_>) -> PyResult<f64> {
-        Ok((self.volume(py)? - self.target).abs() / self.target.abs())
+        Ok((self.volume(py)? - self.target()).abs() / self.target().abs())
     }
 
     fn __repr__(&self) -> String {
         format!(
             "Preserved(target={:?}, method={:?}, iterations={}, device={:?})",
-            self.target, self.method, self.iterations, self.device
+            self.target(),
+            self.method,
+            self.iterations,
+            self.device
         )
     }
 }

@@ -93,7 +93,7 @@ pub struct Preserved {
 impl Preserved {
     /// The volume aimed at, of all bodies together.
     pub fn target(&self) -> f64 {
-        self.targets.iter().sum()
+        self.targets.iter().fold(0.0, |sum, target| sum + target)
     }
 }
 
@@ -109,7 +109,8 @@ impl<T: Scalar> Binding<T> {
     /// targets; writes the vertices deformed by the corrected points to `out`, in the order bound.
     ///
     /// The volume of the result equals `Preserved::target` to about `4 epsilon A R / |V|` relative (area, radius; epsilon of
-    /// the vertices' type). It is measured and summed in float64 on the vertices as they stand, before every step.
+    /// the vertices' type). It is measured and summed in float64 on the vertices as they stand, before every step; or by a cubic form
+    /// of the control points that was summed once over the mesh ([`Binding::prepare`]), which differs by rounding only.
     ///
     /// # Errors
     /// [`Error::Mesh`](crate::Error::Mesh) where the triangles enclose no volume; [`Error::Lattice`](crate::Error::Lattice) for wrong
@@ -118,7 +119,7 @@ impl<T: Scalar> Binding<T> {
     /// and where no displacement allowed can change the volume.
     pub fn preserve(&self, control: &[DVec3], options: &Preserve, out: &mut [[T; 3]]) -> Result<Preserved> {
         let plan = self.plan(control, options)?;
-        if let Some(tensor) = if plan.wanted.len() == 1 { self.tensor() } else { None } {
+        if let Some(tensor) = self.tensor() {
             let mut passes = OnTensor::new(&tensor, &plan.frame, &plan.displacement, self.epsilon());
             let preserved = plan.carry_out(&mut passes)?;
             self.deform(&preserved.control, out)?;

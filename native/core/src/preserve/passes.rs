@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use crate::binding::Binding;
-use crate::engine::{Engine, State};
+use crate::engine::{Engine, State, numbers};
 use crate::error::{Error, Result};
 use crate::lanes::Lanes;
 use crate::preserve::frame::Frame;
@@ -70,6 +70,18 @@ impl<'a, T: Scalar, L: Lanes> OnEngine<'a, T, L> {
         let state = engine.deformed(&binding.embedding().tasks, displacement, frame.to_frame());
         Self { binding, engine, frame, middle, state }
     }
+
+    /// Origin of each body's volume along an axis. With several it lies in the body, or sums over a small one would lose the digits
+    /// that its distance takes.
+    fn middles(&self, axis: usize) -> Vec<f64> {
+        match self.binding.embedding().first_slot.as_slice() {
+            [] | [_] => vec![self.middle[axis]],
+            several => {
+                let column = numbers(&self.state)[axis];
+                several.iter().map(|&slot| column[slot as usize].to_f64()).collect()
+            }
+        }
+    }
 }
 
 impl<T: Scalar, L: Lanes> Passes for OnEngine<'_, T, L> {
@@ -93,7 +105,15 @@ impl<T: Scalar, L: Lanes> Passes for OnEngine<'_, T, L> {
 
     fn coefficients(&mut self, axis: usize) -> Result<Coefficients> {
         let (tasks, walks) = (&self.binding.embedding().tasks, self.binding.walks()?);
-        let (row, volume) = self.engine.coefficients(tasks, walks, &self.state, axis, self.middle[axis]);
-        Ok(Coefficients { rows: vec![row], volumes: vec![volume] })
+        let middles = self.middles(axis);
+        let mut found = self.engine.coefficients(tasks, walks, &self.state, axis, &middles);
+        let caps = self.binding.caps()?;
+        if !caps.nodes.is_empty() {
+            let (columns, slot) = (numbers(&self.state), &self.binding.embedding().slot);
+            let at = |&node: &u32| columns.map(|column| column[slot[node as usize] as usize].to_f64());
+            let positions: Vec<DVec3> = caps.nodes.iter().map(at).map(DVec3::from_array).collect();
+            caps.add(axis, self.binding.lattice().shape(), &positions, &middles, &mut found);
+        }
+        Ok(found)
     }
 }

@@ -160,6 +160,25 @@ impl Pin {
     }
 }
 
+impl<T: Scalar> Binding<T> {
+    /// Largest distance of a pin from its target on deformed vertices, in float64; 0 without pins.
+    ///
+    /// # Errors
+    /// [`Error::Pin`] for indices out of range, [`Error::Mesh`] for another number of vertices.
+    pub fn largest_miss(&self, pins: &Pins, vertices: &[[T; 3]]) -> Result<f64> {
+        self.check_count(vertices.len())?;
+        let mut largest = 0.0f64;
+        for (i, (point, target)) in pins.points.iter().zip(&pins.targets).enumerate() {
+            let at = |(vertex, share): (u32, f64)| {
+                DVec3::from_array(vertices[vertex as usize].map(T::to_f64)) * share
+            };
+            let found: DVec3 = corners(self, i, *point)?.into_iter().map(at).sum();
+            largest = largest.max((found - *target).length());
+        }
+        Ok(largest)
+    }
+}
+
 /// The earlier row most nearly parallel to this one.
 fn closest(row: &[f64], earlier: &[Vec<f64>]) -> usize {
     let cosine = |other: &Vec<f64>| dot(row, other).abs() / dot(other, other).sqrt();
@@ -169,26 +188,8 @@ fn closest(row: &[f64], earlier: &[Vec<f64>]) -> usize {
 }
 
 fn located<T: Scalar>(binding: &Binding<T>, i: usize, point: PinPoint, target: DVec3) -> Result<Pin> {
-    let corners = match point {
-        PinPoint::Vertex(vertex) if (vertex as usize) < binding.vertices().len() => vec![(vertex, 1.0)],
-        PinPoint::Vertex(vertex) => return Err(out_of_range(i, "vertex", vertex, binding.vertices().len())),
-        PinPoint::Face(face, barycentric) => {
-            let Some(triangle) = binding.triangles().get(face as usize) else {
-                return Err(out_of_range(i, "triangle", face, binding.triangles().len()));
-            };
-            let sum: f64 = barycentric.iter().sum();
-            // Written so that NaN is refused as well.
-            let is_point = (sum - 1.0).abs() <= SUM_TOLERANCE && barycentric.iter().all(|b| b.is_finite());
-            if !is_point {
-                return Err(Error::Pin(format!(
-                    "pin {i}: found barycentric coordinates {barycentric:?}, expected three finite numbers that sum to 1"
-                )));
-            }
-            triangle.iter().copied().zip(barycentric).collect()
-        }
-    };
     let mut pin = Pin { row: Vec::new(), at: DVec3::ZERO, target };
-    for (vertex, share) in corners {
+    for (vertex, share) in corners(binding, i, point)? {
         pin.at += DVec3::from_array(binding.vertices()[vertex as usize].map(T::to_f64)) * share;
         let located = binding.located(vertex as usize);
         let taps = binding.lattice().taps(DVec3::from_array(located.parameter));
@@ -196,6 +197,27 @@ fn located<T: Scalar>(binding: &Binding<T>, i: usize, point: PinPoint, target: D
     }
     pin.row.retain(|(_, weight)| *weight != 0.0);
     Ok(pin)
+}
+
+/// The vertices that a pin's point lies between, with their shares.
+fn corners<T: Scalar>(binding: &Binding<T>, i: usize, point: PinPoint) -> Result<Vec<(u32, f64)>> {
+    match point {
+        PinPoint::Vertex(vertex) if (vertex as usize) < binding.vertices().len() => Ok(vec![(vertex, 1.0)]),
+        PinPoint::Vertex(vertex) => Err(out_of_range(i, "vertex", vertex, binding.vertices().len())),
+        PinPoint::Face(face, barycentric) => {
+            let Some(triangle) = binding.triangles().get(face as usize) else {
+                return Err(out_of_range(i, "triangle", face, binding.triangles().len()));
+            };
+            let sum: f64 = barycentric.iter().sum();
+            let is_finite = barycentric.iter().all(|b| b.is_finite());
+            if !is_finite || (sum - 1.0).abs() > SUM_TOLERANCE {
+                return Err(Error::Pin(format!(
+                    "pin {i}: found barycentric coordinates {barycentric:?}, expected three finite numbers that sum to 1"
+                )));
+            }
+            Ok(triangle.iter().copied().zip(barycentric).collect())
+        }
+    }
 }
 
 fn out_of_range(i: usize, what: &str, index: u32, count: usize) -> Error {

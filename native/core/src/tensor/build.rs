@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::lanes::{F64x8, Kernel, LANES, Lanes, dispatch};
-use crate::tensor::source::{FIXED, Group, Source};
+use crate::tensor::source::{Group, Source};
 use crate::tensor::triples::Triples;
 
 /// Vertices whose sums are added up on their own. Sums of sums round less, and a run is enough work for a thread.
@@ -159,8 +159,8 @@ impl Accumulate<'_> {
                         sums[b] = difference.multiply_add::<FUSED>(F64x8::splat(arm[b]), sums[b]);
                     }
                 }
-                for b in 0..TILE {
-                    self.gradients[b * plane + vertex * stride + c] = sums[b];
+                for (b, sum) in sums.iter().enumerate() {
+                    self.gradients[b * plane + vertex * stride + c] = *sum;
                 }
             }
         }
@@ -206,8 +206,8 @@ impl Kernel for Accumulate<'_> {
     }
 }
 
-/// Multiply-adds of a vertex' part in the sum, for `functions` functions.
+/// Multiply-adds for a vertex with so many functions.
 pub(crate) fn operations(functions: usize) -> usize {
     let pairs = functions * (functions - 1) / 2;
-    pairs * USUAL_WALK + pairs * (functions - 2) / 3 + FIXED * functions
+    pairs * USUAL_WALK + pairs * (functions - 2) / 3
 }

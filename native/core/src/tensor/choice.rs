@@ -9,26 +9,22 @@ use crate::binding::{Binding, with_engine};
 use crate::engine::Engine;
 use crate::error::Result;
 use crate::lanes::Lanes;
+use crate::lattice::Lattice;
 use crate::tensor::Tensor;
 use crate::tensor::build::operations;
 use crate::tensor::source::{FIXED, Source};
 use crate::tensor::triples::Triples;
 use crate::vertices::Scalar;
 
-/// Bytes of a tensor at most: 216 control points, at which a sum takes minutes and larger caches end.
+/// Bytes of a tensor at most: 216 control points, beyond which a sum takes minutes and a contraction longer than the passes of a
+/// mesh of a million vertices.
 const LARGEST: usize = 16 << 20;
 
-// What things cost, in multiply-adds of the sum over the mesh, of which a core does fifteen in a nanosecond.
+/// Nanoseconds of one core for a sum at most, a minute: nobody's shot needs a longer one.
+const LONGEST: f64 = 60e9;
 
-/// Three coefficients and three shifts, for one vertex.
-const PASSES: f64 = 300.0;
-const PASSES_PER_TAP: f64 = 8.0;
-
-/// Three contractions, for one byte of the tensor.
-const CONTRACTIONS: f64 = 3.0 * 0.9;
-
-/// By how much the tensor must be faster.
-const FASTER: f64 = 2.0;
+/// The tensor must save this many times what it costs a correction: passes over a mesh use more cores than contractions do.
+const FASTER: f64 = 4.0;
 
 /// The tensor of a binding: not there yet, on its way, or there.
 #[derive(Default)]
@@ -58,7 +54,8 @@ impl Drop for Building {
 }
 
 impl Chosen {
-    /// The tensor for the next correction, if it is there; starts to sum it up once `worth` corrections went over the mesh, or never.
+    /// The tensor for the next correction, if it is there; starts to sum it up once `worth` corrections went over the mesh, or
+    /// never.
     fn next(
         &self,
         worth: impl FnOnce() -> Option<u32>,
@@ -122,22 +119,50 @@ impl Building {
     }
 }
 
-/// Corrections over the mesh that cost as much as summing up the tensor: having waited for so many, the sum never costs more than
-/// what was spent already. `None` where corrections by the tensor would not be faster, or it would be too large.
-fn worth(vertices: usize, taps: usize, functions: usize) -> Option<u32> {
-    if Triples::bytes(functions) > LARGEST {
-        return None;
+/// Nanoseconds that one core takes, measured on a server's processor with 512-bit vectors: only their ratios matter.
+struct Costs {
+    /// The three coefficients and three shifts of a correction over the mesh, for one vertex.
+    passes: f64,
+    /// The sum over the mesh, for one vertex.
+    sum: f64,
+    /// The three contractions of a correction by the tensor.
+    contractions: f64,
+}
+
+impl Costs {
+    fn of(lattice: &Lattice) -> Self {
+        let taps = lattice.axes().each_ref().map(|axis| axis.degree() + 1);
+        let all: usize = taps.iter().product();
+        let several_cells = lattice.axes().iter().any(|axis| axis.cells() > 1);
+        // Fifteen multiply-adds in a nanosecond after evaluating a vertex and its neighbours. Triangles across cells take several
+        // times as many; they are a part of all.
+        let sum = 700.0 + operations(FIXED + all + 1) as f64 / 15.0;
+        Self {
+            // The cubic's passes are compiled for it.
+            passes: if taps == [4; 3] { 47.0 } else { 20.0 + 2.3 * all as f64 },
+            sum: if several_cells { 2.0 * sum } else { sum },
+            contractions: 0.12 * Triples::bytes(functions(lattice)) as f64,
+        }
     }
-    let over_mesh = PASSES + PASSES_PER_TAP * taps as f64;
-    let by_tensor = CONTRACTIONS * Triples::bytes(functions) as f64;
-    let sum = operations(FIXED + taps + 1) as f64;
-    (by_tensor * FASTER < vertices as f64 * over_mesh).then(|| (sum / over_mesh).ceil() as u32)
+
+    /// Corrections over the mesh that cost as much as the sum: whoever waits for so many never spends more than twice of what
+    /// would have been best. `None` where the tensor does not pay.
+    fn worth(&self, vertices: usize) -> Option<u32> {
+        let vertices = vertices as f64;
+        let pays = FASTER * self.contractions < vertices * self.passes && vertices * self.sum < LONGEST;
+        pays.then(|| (self.sum / self.passes).ceil() as u32)
+    }
+}
+
+fn functions(lattice: &Lattice) -> usize {
+    FIXED + lattice.len() + 1
 }
 
 impl<T: Scalar> Binding<T> {
     /// Sums up now what makes later corrections independent of the number of vertices, which otherwise happens in the background
     /// after some corrections, where that pays. Takes up to a few seconds for half a million vertices and a lattice of 4 x 4 x 4.
-    /// Returns whether it is there: not for lattices of more than 216 control points.
+    /// Returns whether it is there: not for
+    /// lattices of more than 216 control points, nor for several bodies or caps.
     ///
     /// # Errors
     /// [`Error::Mesh`](crate::Error::Mesh) where the triangles enclose no volume.
@@ -158,17 +183,18 @@ impl<T: Scalar> Binding<T> {
 
     /// The tensor for the next correction, if it is there.
     pub(crate) fn tensor(&self) -> Option<Arc<Tensor>> {
-        let taps = self.lattice().axes().each_ref().map(|axis| axis.degree() + 1).iter().product();
-        let functions = FIXED + self.lattice().len() + 1;
+        let worth = || Costs::of(self.lattice()).worth(self.vertices().len());
         self.chosen().next(
-            || self.has_tensor_form().ok()?.then(|| worth(self.vertices().len(), taps, functions)).flatten(),
+            || self.has_tensor_form().ok()?.then(worth).flatten(),
             || with_engine!(self, engine => Building::start(self.source(engine).ok()?)),
         )
     }
 
+    /// Whether the volume is a form of the control points alone that fits in memory.
     fn has_tensor_form(&self) -> Result<bool> {
         self.surface()?;
-        Ok(Triples::bytes(FIXED + self.lattice().len() + 1) <= LARGEST)
+        let plain = self.partition().of_triangle().is_none() && !self.has_caps();
+        Ok(plain && Triples::bytes(functions(self.lattice())) <= LARGEST)
     }
 
     fn source<L: Lanes>(&self, engine: &Arc<Engine<L>>) -> Result<Source<L>> {

@@ -11,29 +11,34 @@ use crate::tensor::triples::Triples;
 /// Lanes of triples that one thread goes through at least: twenty microseconds, against five that it takes to share work.
 const PIECE: usize = 8192;
 
-/// `sum_bc T_abc (y_b z_c - y_c z_b)` for every function `a`, `b < c`; the sign follows the order of the three.
+/// `sum_bc T_abc (y_b z_c - y_c z_b)` for every function `a`, `b < c`; the sign follows the order of the three. The same bits on
+/// any number of threads.
 pub(crate) fn contract(triples: &Triples, [y, z]: [&[F64x8]; 2]) -> Vec<f64> {
-    let mut pieces: Vec<Range<usize>> = vec![1..1];
-    let mut lanes = 0;
-    for b in 1..triples.functions() - 1 {
-        let last = pieces.len() - 1;
-        pieces[last].end = b + 1;
-        lanes += triples.of(b).len();
-        if lanes > PIECE {
-            pieces.push(b + 1..b + 1);
-            lanes = 0;
-        }
-    }
-    let piece = |range: &Range<usize>| dispatch(Contract { triples, y, z, range: range.clone() });
-    let parts: Vec<Vec<f64>> = match pieces.as_slice() {
-        [only] => vec![piece(only)],
-        pieces => pieces.par_iter().map(piece).collect(),
+    let piece = |range: Range<usize>| dispatch(Contract { triples, y, z, range });
+    let pieces = pieces(triples);
+    let parts: Vec<Vec<f64>> = match pieces.len() {
+        1 => pieces.into_iter().map(piece).collect(),
+        _ => pieces.into_par_iter().map(piece).collect(),
     };
     let mut sums = vec![0.0; triples.functions()];
     for part in parts {
         sums.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
     }
     sums
+}
+
+/// All functions `b` but the first, which has no `a`, and the last, which has no `c`, in pieces of about the same work.
+fn pieces(triples: &Triples) -> Vec<Range<usize>> {
+    let last = triples.functions() - 1;
+    let (mut pieces, mut start, mut lanes) = (Vec::new(), 1, 0);
+    for b in 1..last {
+        lanes += triples.of(b).len();
+        if lanes > PIECE || b + 1 == last {
+            pieces.push(start..b + 1);
+            (start, lanes) = (b + 1, 0);
+        }
+    }
+    pieces
 }
 
 /// The same over some functions `b`.
@@ -60,9 +65,8 @@ impl Contract<'_> {
         let (y_b, z_b) = (F64x8::splat(flat_y[b]), F64x8::splat(flat_z[b]));
         let layers = Triples::layers(b);
         let work = &mut sums.work[..layers];
-        for layer in 0..layers {
-            let across = self.y[layer].times(z_b).minus(self.z[layer].times(y_b));
-            work[layer] = [across, F64x8::ZERO, F64x8::ZERO];
+        for ((work, y), z) in work.iter_mut().zip(self.y).zip(self.z) {
+            *work = [y.times(z_b).minus(z.times(y_b)), F64x8::ZERO, F64x8::ZERO];
         }
         for (c, numbers) in (b + 1..).zip(self.triples.of(b).chunks_exact(layers)) {
             let (y_c, z_c) = (F64x8::splat(flat_y[c]), F64x8::splat(flat_z[c]));

@@ -63,7 +63,7 @@ impl<L: Lanes> Source<L> {
     /// The vertices with triangles, by the functions that act on them and their neighbours.
     pub(crate) fn groups(&self) -> Vec<Group> {
         let mut groups: BTreeMap<[[usize; 3]; 2], Vec<u32>> = BTreeMap::new();
-        for (slot, _) in self.embedding.vertex.iter().enumerate().filter(|(_, v)| **v != EMPTY) {
+        for (slot, _) in self.embedding.node.iter().enumerate().filter(|(_, v)| **v != EMPTY) {
             let walk = self.walks.around_slot(slot);
             if walk.len() < 2 {
                 continue;

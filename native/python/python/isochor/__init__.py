@@ -6,7 +6,7 @@ it was (:meth:`Binding.preserve`). The method is that of Hahmann, Bonneau, Barbi
 FFD for programmable graphics hardware* (2012).
 """
 
-from ._native import Binding, Device, Elastic, Lattice, Preserved, __version__, devices
+from ._native import Binding, Device, Elastic, Lattice, Pins, Preserved, __version__, devices
 from .errors import DeviceError, ElasticError, Error, LatticeError, MeshError, PinError, UnknownDeviceError, VolumeError
 
 __all__ = [
@@ -20,6 +20,7 @@ __all__ = [
     "LatticeError",
     "MeshError",
     "PinError",
+    "Pins",
     "Preserved",
     "UnknownDeviceError",
     "VolumeError",

@@ -10,7 +10,7 @@ from typing import Final, Literal, SupportsFloat, SupportsIndex, final
 from numpy import bool_, float32, float64
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["__version__", "Binding", "Device", "Elastic", "Lattice", "Preserved", "copy_bandwidth", "devices"]
+__all__ = ["__version__", "Binding", "Device", "Elastic", "Lattice", "Pins", "Preserved", "copy_bandwidth", "devices"]
 
 __version__: Final[str]
 
@@ -54,13 +54,13 @@ class Binding:
         frame: ArrayLike | None = None,
         method: Literal["balanced", "sweep"] = ...,
         weights: ArrayLike | None = None,
-        pins: ArrayLike | None = None,
+        pins: Pins | tuple[ArrayLike, ArrayLike] | None = None,
         target: SupportsFloat | SupportsIndex | None = None,
         amount: SupportsFloat | SupportsIndex = ...,
     ) -> Preserved:
         """
-        Deforms and corrects the control points so that the volume is the target, exactly: Problem 1 of the volume paper,
-        equations (13)-(17).
+        Deforms and corrects the control points so that the volume is the target, exactly: Problems 1 and 2 of the volume
+        paper, equations (13)-(24).
 
         control (nu, nv, nw, 3): the control points asked for.
         axes: shares of x, y, z in the correction, not negative, normalised; an axis with share 0 is not touched.
@@ -68,11 +68,13 @@ class Binding:
         method: "balanced" (geometric steps; keeps round things round; falls back to "sweep" where the volume changes sign)
         or "sweep" (the paper's).
         weights (nu, nv, nw): positive; large keeps a control point, inf freezes it (Remark 2).
-        pins: must be None; direct manipulation is not available.
+        pins: isochor.Pins, or (indices (m,), targets (m, 3)) of vertices: these points land exactly on their targets, whatever the
+        shares (Problem 2, equations (20)-(24), for any number of pins).
         target: the volume to reach; None for reference_volume.
-        amount: 0 leaves the volume as deformed, 1 (if not given) reaches the target.
+        amount: 0 leaves the volume as deformed and pinned, 1 (if not given) reaches the target. Pins alone (amount 0) need no closed
+        mesh.
 
-        Raises VolumeError, LatticeError, MeshError.
+        Raises PinError for pins that are repeated, contradict each other or cannot move, VolumeError, LatticeError, MeshError.
         """
     @property
     def reference_volume(self, /) -> float:
@@ -360,6 +362,21 @@ class Lattice:
         """
 
 @final
+class Pins:
+    """
+    Points of the surface and where the deformed surface must have them, for `Binding.preserve`: direct manipulation, Problem 2
+    of the volume paper.
+
+    indices (m,): vertices; or with barycentric (m, 3), triangles of the binding, each with coordinates of its corners that sum
+    to 1. targets (m, 3): positions in the lattice's space.
+
+    Raises PinError for negative indices, other shapes, NaN or infinity.
+    """
+    def __len__(self, /) -> int: ...
+    def __new__(cls, /, indices: ArrayLike, targets: ArrayLike, barycentric: ArrayLike | None = None) -> Pins: ...
+    def __repr__(self, /) -> str: ...
+
+@final
 class Preserved:
     """
     A mesh deformed with its volume corrected: the result of `Binding.preserve`.
@@ -382,6 +399,12 @@ class Preserved:
         Seconds that the GPU's kernels took by its own clock, or None.
         """
     @property
+    def distance(self, /) -> float:
+        """
+        How far the correction moved the control points, pins' part included: sqrt(sum of weight times squared distance), where
+        the lightest weight counts as 1.
+        """
+    @property
     def error(self, /) -> float:
         """
         |volume - target| / |target|, measured on `vertices` in float64 when asked for.
@@ -399,7 +422,12 @@ class Preserved:
     @property
     def target(self, /) -> float:
         """
-        Volume that was aimed at, after `amount`.
+        Volume that was aimed at, after `amount`; 0 where pins alone were wanted of a mesh that encloses nothing.
+        """
+    @property
+    def targets(self, /) -> NDArray[float64]:
+        """
+        Volume of each body that was aimed at, after `amount`, float64 (bodies,).
         """
     @property
     def vertices(self, /) -> NDArray[float32 | float64]:
