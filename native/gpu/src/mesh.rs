@@ -395,7 +395,7 @@ fn close<T: Scalar>(
     let closing = Preserve {
         axes,
         method: Method::Sweep,
-        target: Some(preserved.target()),
+        target: Some(preserved.targets.clone()),
         // Where nothing but pins was asked for, nothing but pins is closed.
         amount: if options.amount == 0.0 { 0.0 } else { 1.0 },
         ..options.clone()

@@ -7,7 +7,7 @@ mod shared;
 
 mod device;
 
-use isochor_core::{Binding, DVec3, Lattice, Method, Outside, PinPoint, Pins, Preserve, Scalar};
+use isochor_core::{Bind, Binding, Bodies, DVec3, Lattice, Method, Outside, PinPoint, Pins, Preserve, Scalar};
 use isochor_gpu::{Mesh, TOLERANCE, Work};
 use shared::{bases, bumpy_ball, noise, slanted};
 
@@ -70,4 +70,42 @@ fn pins_and_volume_of_float32_vertices() {
 #[test]
 fn pins_and_volume_of_float64_vertices() {
     check(&bumpy_ball(3).vertices, 1e-12);
+}
+
+/// Two balls side by side, the second a third as large, and the first few triangles of each left out if wanted.
+fn two_balls(left_out: usize) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+    let ball = bumpy_ball(3);
+    let count = ball.vertices.len() as u32;
+    let placed = |size: f64, x: f64| {
+        ball.vertices.iter().map(move |p| [x + size * p[0], size * p[1], size * p[2]].map(|c| c as f32))
+    };
+    let triangles = |first: u32| {
+        ball.triangles[left_out..].iter().map(move |t| t.map(|v| v + first)).collect::<Vec<_>>()
+    };
+    (placed(0.6, -0.6).chain(placed(0.2, 0.7)).collect(), [triangles(0), triangles(count)].concat())
+}
+
+#[test]
+fn every_island_keeps_its_volume_on_the_device() {
+    let Some(device) = device::device() else { return };
+    for (caps, left_out) in [(false, 0), (true, 3)] {
+        let (vertices, triangles) = two_balls(left_out);
+        for (name, axes) in bases() {
+            let lattice = slanted(axes);
+            let how = Bind { outside: Outside::Extend, bodies: Bodies::Islands, caps, ..Bind::default() };
+            let binding =
+                Binding::with(lattice.clone(), vertices.clone(), triangles.clone(), how).unwrap();
+            let on_device = Mesh::new(device.clone(), &binding).unwrap();
+            let control = pushed(&lattice, 5);
+            let mut out = vertices.clone();
+            let options = Preserve::default();
+            let outcome = on_device.preserve(&binding, &control, &options, &mut out).unwrap();
+            assert_ne!(outcome.work, Work::Cpu, "{name}");
+            assert_eq!(outcome.preserved.targets.len(), 2, "{name}");
+            for (body, reference) in binding.measures(&out).unwrap().iter().zip(binding.references().unwrap()) {
+                let error = (body.volume / reference.volume - 1.0).abs();
+                assert!(error <= TOLERANCE, "{name}, caps {caps}: {error:e}");
+            }
+        }
+    }
 }

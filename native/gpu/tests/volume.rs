@@ -115,7 +115,8 @@ fn amount_target_and_weights_do_what_they_say() {
     assert_eq!((kept.control, kept.iterations), (control.clone(), 0));
     assert!((found / before - 1.0).abs() < TOLERANCE);
     for method in [Method::Sweep, Method::Balanced] {
-        let (_, found) = run(&Preserve { target: Some(7.0), amount: 0.25, method, ..Preserve::default() });
+        let (_, found) =
+            run(&Preserve { target: Some(vec![7.0]), amount: 0.25, method, ..Preserve::default() });
         assert!((found / (before + 0.25 * (7.0 - before)) - 1.0).abs() < TOLERANCE);
     }
     let weights: Vec<f64> = (0..64).map(|p| if p < 32 { f64::INFINITY } else { 1.0 + p as f64 }).collect();

@@ -237,6 +237,10 @@ impl Hint for f64 {
     const HINT: PyStaticExpr = type_hint_identifier!("numpy", "float64");
 }
 
+impl Hint for i32 {
+    const HINT: PyStaticExpr = type_hint_identifier!("numpy", "int32");
+}
+
 impl Hint for bool {
     const HINT: PyStaticExpr = type_hint_identifier!("numpy", "bool_");
 }
@@ -258,7 +262,10 @@ impl<'py, T: Hint> NdArray<'py, T> {
     }
 
     /// One number for each of something.
-    pub(crate) fn numbers(py: Python<'py>, numbers: &[f64]) -> Self {
+    pub(crate) fn numbers(py: Python<'py>, numbers: &[T]) -> Self
+    where
+        T: Element + Copy,
+    {
         Self::of(PyArray1::from_slice(py, numbers).as_untyped().clone())
     }
 
@@ -266,6 +273,11 @@ impl<'py, T: Hint> NdArray<'py, T> {
     pub(crate) fn points(py: Python<'py>, points: &[DVec3], shape: &[usize]) -> PyResult<Self> {
         let flat: Vec<f64> = points.iter().flat_map(|p| p.to_array()).collect();
         Ok(Self::of(PyArray1::from_vec(py, flat).reshape(shape)?.as_untyped().clone()))
+    }
+
+    /// One number for each control point, (nu, nv, nw).
+    pub(crate) fn lattice(py: Python<'py>, numbers: Vec<f64>, shape: [usize; 3]) -> PyResult<Self> {
+        Ok(Self::of(PyArray1::from_vec(py, numbers).reshape(shape)?.as_untyped().clone()))
     }
 }
 

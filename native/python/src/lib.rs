@@ -2,11 +2,14 @@
 //! The Python module `isochor._native`: it checks what comes in, leaves the interpreter, and calls the core.
 
 mod arrays;
+mod axes;
 mod backend;
 mod binding;
+mod bodies;
 mod device;
 mod elastic;
 mod errors;
+mod folds;
 mod lattice;
 mod pins;
 mod preserved;
@@ -25,6 +28,8 @@ mod _native {
     use super::device::devices;
     #[pymodule_export]
     use super::elastic::Elastic;
+    #[pymodule_export]
+    use super::folds::Folds;
     #[pymodule_export]
     use super::lattice::Lattice;
     #[pymodule_export]

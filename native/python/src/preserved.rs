@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{NdArray, OfVertices};
 use crate::backend::Ran;
-use crate::binding::{Shared, measure};
+use crate::binding::{Shared, volumes};
 use crate::words::method_name;
 
 /// A mesh deformed with its volume corrected: the result of `Binding.preserve`.
@@ -57,6 +57,10 @@ impl Preserved {
             iterations: outcome.iterations,
         })
     }
+
+    fn measured(&self, py: Python<'_>) -> PyResult<Vec<f64>> {
+        volumes(py, &self.binding, self.vertices.bind(py))
+    }
 }
 
 #[pymethods]
@@ -74,10 +78,16 @@ impl Preserved {
         NdArray::of(self.vertices.bind(py).clone())
     }
 
-    /// Signed volume of `vertices`, measured in float64 when asked for.
+    /// Signed volume of `vertices`, of all bodies together, measured in float64 when asked for.
     #[getter]
     fn volume(&self, py: Python<'_>) -> PyResult<f64> {
-        Ok(measure(py, &self.binding, self.vertices.bind(py))?.volume)
+        Ok(self.measured(py)?.iter().fold(0.0, |sum, volume| sum + volume))
+    }
+
+    /// Signed volume of each body, float64 (bodies,), measured on `vertices` in float64 when asked for.
+    #[getter]
+    fn volumes<'py>(&self, py: Python<'py>) -> PyResult<NdArray<'py, f64>> {
+        Ok(NdArray::numbers(py, &self.measured(py)?))
     }
 
     /// Volume that was aimed at, after `amount`; 0 where pins alone were wanted of a mesh that encloses nothing.
@@ -92,10 +102,11 @@ impl Preserved {
         NdArray::numbers(py, &self.targets)
     }
 
-    /// |volume - target| / |target|, measured on `vertices` in float64 when asked for.
+    /// |volume - target| / |target|, the largest over the bodies, measured on `vertices` in float64 when asked for.
     #[getter]
     fn error(&self, py: Python<'_>) -> PyResult<f64> {
-        Ok((self.volume(py)? - self.target()).abs() / self.target().abs())
+        let of_body = |(volume, target): (f64, &f64)| (volume - target).abs() / target.abs();
+        Ok(self.measured(py)?.into_iter().zip(&self.targets).map(of_body).fold(0.0, f64::max))
     }
 
     fn __repr__(&self) -> String {

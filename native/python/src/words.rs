@@ -106,14 +106,16 @@ pub(crate) struct MethodWord(pub(crate) Method);
 
 impl FromPyObject<'_, '_> for MethodWord {
     type Error = PyErr;
-    const INPUT_TYPE: PyStaticExpr = literal!("balanced", "sweep");
+    const INPUT_TYPE: PyStaticExpr = literal!("balanced", "sweep", "gradient", "nearest");
 
     fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
         match word(&object).as_str() {
             "sweep" => Ok(Self(Method::Sweep)),
             "balanced" => Ok(Self(Method::Balanced)),
+            "gradient" => Ok(Self(Method::Gradient)),
+            "nearest" => Ok(Self(Method::Nearest)),
             other => Err(VolumeError::new_err(format!(
-                "method: found {other:?}, expected \"balanced\" or \"sweep\""
+                "method: found {other:?}, expected \"balanced\", \"sweep\", \"gradient\" or \"nearest\""
             ))),
         }
     }
@@ -124,6 +126,8 @@ pub(crate) fn method_name(method: Method) -> &'static str {
     match method {
         Method::Sweep => "sweep",
         Method::Balanced => "balanced",
+        Method::Gradient => "gradient",
+        Method::Nearest => "nearest",
     }
 }
 

@@ -55,13 +55,23 @@ impl<'a, P: Passes> Correction<'a, P> {
     }
 
     /// Takes the control points elsewhere, and the mesh with them.
-    #[expect(dead_code, reason = "the methods that search will use it")]
     pub(crate) fn go_to(&mut self, control: Vec<DVec3>) -> Result<(), P::Error> {
-        for ((displacement, old), new) in self.displacement.iter_mut().zip(&self.control).zip(&control) {
-            *displacement += new - old;
+        if let Some(i) = control.iter().position(|p| !p.is_finite()) {
+            return Err(Error::Volume(format!(
+                "the correction would move control point {i} to {}: the target is out of reach",
+                control[i]
+            ))
+            .into());
         }
+        let asked = self.plan.control.iter().zip(&self.plan.displacement);
+        self.displacement = control.iter().zip(asked).map(|(p, (asked, d))| d + (p - asked)).collect();
         self.control = control;
         self.passes.deform(&self.displacement)
+    }
+
+    /// Back to the control points asked for.
+    pub(crate) fn restart(&mut self) -> Result<(), P::Error> {
+        self.go_to(self.plan.control.clone())
     }
 
     /// How far each pin still has to go along an axis of the frame.
@@ -80,9 +90,19 @@ impl<'a, P: Passes> Correction<'a, P> {
         self.shift(axis, &delta)
     }
 
-    /// Difference from a body's target that rounding explains, where nothing may move: 4 epsilon A R for each of two sums.
+    /// The size of a body and the rounding in it; of a single one, which fills the lattice, that of the lattice.
+    pub(crate) fn scale_of(&self, body: usize) -> Scale {
+        match self.plan.bound.as_slice() {
+            [_] => self.scale.clone(),
+            several => self.scale.of_body(2.0 * several[body].radius),
+        }
+    }
+
+    /// Difference from a body's target that rounding explains, where nothing may move: 4 epsilon A R for each of two sums, and the
+    /// rounding of coordinates where a small body stands far from the origin.
     pub(crate) fn slack(&self, body: usize, target: f64) -> f64 {
         let bound = &self.plan.bound[body];
-        8.0 * self.passes.epsilon() * (bound.area * bound.radius + target.abs())
+        let sums = 8.0 * self.passes.epsilon() * (bound.area * bound.radius + target.abs());
+        if self.plan.bound.len() == 1 { sums } else { sums + self.scale.rounding * bound.area }
     }
 }

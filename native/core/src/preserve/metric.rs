@@ -24,6 +24,14 @@ impl Metric {
         }
     }
 
+    /// `y = R delta`.
+    pub(crate) fn coordinates(&self, delta: &[f64]) -> Vec<f64> {
+        let part = |(d, root): (&f64, &f64)| if *root == 0.0 { 0.0 } else { d / root };
+        match self {
+            Self::Weighted(roots) => delta.iter().zip(roots).map(part).collect(),
+        }
+    }
+
     /// `delta = R^-1 y`.
     pub(crate) fn displacement(&self, y: &[f64]) -> Vec<f64> {
         match self {

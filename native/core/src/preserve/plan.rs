@@ -41,6 +41,8 @@ pub struct Plan {
     pub(crate) pins: PinRows,
     /// The bodies as bound; none where pins alone are wanted of a mesh that encloses nothing.
     pub(crate) bound: Vec<Measure>,
+    /// Whether caps are part of a body.
+    capped: bool,
 }
 
 impl<T: Scalar> Binding<T> {
@@ -69,35 +71,9 @@ impl<T: Scalar> Binding<T> {
             mobility,
             frame,
             metric,
+            capped: !bound.is_empty() && self.has_caps(),
             bound,
         })
-    }
-
-    /// The volumes wanted, and the bodies as bound. Pins alone need no volume: with `amount` 0 there may be none.
-    fn wanted_volumes(&self, options: &Preserve) -> Result<(Vec<f64>, Vec<Measure>)> {
-        if !options.amount.is_finite() {
-            return Err(Error::Volume(format!(
-                "amount: found {}, expected a finite number; 1 preserves",
-                number(options.amount)
-            )));
-        }
-        let pins_alone = options.amount == 0.0 && !options.pins.points.is_empty();
-        if pins_alone && self.surface().is_err() {
-            return Ok((Vec::new(), Vec::new()));
-        }
-        let reference = self.reference()?;
-        match options.target {
-            Some(target) if target.is_finite() => Ok((vec![target], vec![reference])),
-            Some(target) => {
-                Err(Error::Volume(format!("target: found {}, expected a finite volume", number(target))))
-            }
-            None if reference.is_flat(T::EPSILON) && !pins_alone => Err(Error::Volume(format!(
-                "the mesh as bound encloses no volume: found {} with an area of {}; give it thickness, or give a target",
-                number(reference.volume),
-                number(reference.area)
-            ))),
-            None => Ok((vec![reference.volume], vec![reference])),
-        }
     }
 
     /// Reciprocal weights: 0 for control points that must not move.
@@ -142,11 +118,12 @@ impl Plan {
         self.frame.move_along(axis, distance, point);
     }
 
-    /// Whether the one body's volume is all that is wanted, by shares of the axes: nothing that a closed form without rows of
-    /// constraints could not do.
+    /// Whether the volume of one body without caps is all that is wanted, by shares of the axes: nothing that a closed form without
+    /// rows of constraints could not do.
     pub fn is_plain(&self) -> bool {
         self.pins.is_empty()
             && self.wanted.len() == 1
+            && !self.capped
             && matches!(self.method, Method::Sweep | Method::Balanced)
     }
 

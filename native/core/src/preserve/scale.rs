@@ -18,7 +18,9 @@ pub(crate) struct Scale {
     /// Largest side of the control points' box: an upper bound for the size of what they deform.
     pub(crate) extent: f64,
     /// Rounding error of a coordinate.
-    rounding: f64,
+    pub(crate) rounding: f64,
+    /// How much longer than at rest the lattice is, if it is.
+    stretch: f64,
 }
 
 impl Scale {
@@ -26,7 +28,15 @@ impl Scale {
     pub(crate) fn new(control: &[DVec3], rest: &[DVec3], epsilon: f64) -> Self {
         let (low, high) = crate::lattice::bounds(control);
         let largest = control.iter().chain(rest).map(|p| p.abs().max_element()).fold(0.0, f64::max);
-        Self { extent: (high - low).max_element(), rounding: ROUNDINGS * epsilon * largest }
+        let (rest_low, rest_high) = crate::lattice::bounds(rest);
+        let (extent, at_rest) = ((high - low).max_element(), (rest_high - rest_low).max_element());
+        let stretch = if at_rest > 0.0 { (extent / at_rest).max(1.0) } else { 1.0 };
+        Self { extent, rounding: ROUNDINGS * epsilon * largest, stretch }
+    }
+
+    /// The same for a body that is so large at rest: rounding of a small body's sums is as small as the body.
+    pub(crate) fn of_body(&self, size: f64) -> Self {
+        Self { extent: self.extent.min(size * self.stretch), ..self.clone() }
     }
 
     pub(crate) fn no_area(&self) -> f64 {

@@ -17,7 +17,11 @@ use crate::words::{bracketed, number};
 const MAX_ROUNDS: u32 = 3;
 
 /// A displacement longer than so many times the control points' box serves no shape: the axis counts as flat.
-const WILD: f64 = 1e6;
+pub(crate) const WILD: f64 = 1e6;
+
+/// The same where several bodies are to be changed: what takes a displacement this long is bodies that change almost alike, and none
+/// of what it does to the mesh was asked for.
+const WILD_OF_SEVERAL: f64 = 1e2;
 
 /// What the volumes of the bodies are to be while axes take their shares.
 struct Course {
@@ -51,12 +55,14 @@ pub(crate) fn sweep<P: Passes>(
         return Ok(course.solved(0));
     }
     let mut measured = Some(measured);
+    let mut stuck = Vec::new();
     for round in 1..=MAX_ROUNDS {
         let flat = course.round(correction, &active, &mut measured)?;
         if flat.iter().all(|flat| *flat == [false; 3]) {
             return Ok(course.solved(round));
         }
-        if course.is_stuck(&flat) {
+        stuck = course.stuck(&flat);
+        if !stuck.is_empty() {
             break;
         }
         if round > 1 {
@@ -64,10 +70,10 @@ pub(crate) fn sweep<P: Passes>(
         }
     }
     let volumes = correction.coefficients(active[0])?.volumes;
-    let off = |&body: &usize| {
-        (course.targets[body] - volumes[body]).abs() > correction.slack(body, course.targets[body])
+    let off = |body: &usize| {
+        (course.targets[*body] - volumes[*body]).abs() > correction.slack(*body, course.targets[*body])
     };
-    match (0..volumes.len()).find(off) {
+    match stuck.into_iter().chain(0..volumes.len()).find(off) {
         None => Ok(course.solved(0)),
         Some(body) => Err(unreachable(&course, body, volumes[body], correction.plan.axes).into()),
     }
@@ -82,9 +88,10 @@ impl Course {
     ) -> Result<Self, P::Error> {
         let before = measured.volumes.clone();
         let targets = targets(correction, &before, active)?;
-        let no_volume = correction.scale.no_volume();
-        let has_ratio = |(before, target): (&f64, &f64)| before.abs() > no_volume && target / before > 0.0;
-        let balanced = method == Method::Balanced && before.iter().zip(&targets).all(has_ratio);
+        let has_ratio = |body: usize| {
+            before[body].abs() > correction.scale_of(body).no_volume() && targets[body] / before[body] > 0.0
+        };
+        let balanced = method == Method::Balanced && (0..before.len()).all(has_ratio);
         let usable = [0, 1, 2].map(|axis| active.contains(&axis));
         Ok(Self {
             method: if balanced { Method::Balanced } else { Method::Sweep },
@@ -152,9 +159,9 @@ impl Course {
         }
     }
 
-    /// Whether some body was flat on every axis that it could use.
-    fn is_stuck(&self, flat: &[[bool; 3]]) -> bool {
-        self.usable.iter().zip(flat).any(|(usable, flat)| usable == flat)
+    /// The bodies that were flat on every axis that they could use.
+    fn stuck(&self, flat: &[[bool; 3]]) -> Vec<usize> {
+        (0..flat.len()).filter(|&body| self.usable[body] == flat[body]).collect()
     }
 
     fn leave_out(&mut self, flat: &[[bool; 3]]) {
@@ -200,30 +207,40 @@ fn pinned_volumes<P: Passes>(
 }
 
 /// Brings the pins to their targets and changes the bodies' volumes along one axis, by the smallest displacement: equations (17)
-/// and (21). Tells which bodies it could change.
-fn step<P: Passes>(
+/// and (21). Tells which bodies it could change so.
+pub(crate) fn step<P: Passes>(
     correction: &mut Correction<'_, P>,
     axis: usize,
     now: &Coefficients,
     changes: &[f64],
 ) -> Result<Vec<bool>, P::Error> {
     let plan = correction.plan;
-    let (no_area, wild) = (correction.scale.no_area(), WILD * correction.scale.extent);
+    let wild = if changes.len() == 1 { WILD } else { WILD_OF_SEVERAL } * correction.scale.extent;
     let mut basis = plan.pins.basis.clone();
     let residuals = correction.residuals(axis);
-    let mut values = residuals.clone();
-    let mut delta = basis.displacement(&plan.metric, &values);
+    let mut solution = basis.solve(&residuals);
+    let mut delta = plan.metric.displacement(&solution.vector);
     plan.pins.refuse_wild(&delta, &residuals, correction.scale.extent)?;
     let mut moved = vec![false; changes.len()];
     for (body, row) in now.rows.iter().enumerate() {
-        let Taken::Independent(_) = basis.take(plan.metric.whitened(row), no_area) else { continue };
-        values.push(changes[body] / plan.determinant);
-        let longer = basis.displacement(&plan.metric, &values);
-        if longer.iter().any(|d| d.abs() > wild) {
-            basis.drop_last();
-            values.pop();
-        } else {
-            (delta, moved[body]) = (longer, true);
+        let change = changes[body] / plan.determinant;
+        match basis.take(plan.metric.whitened(row), correction.scale_of(body).no_area()) {
+            Taken::Independent(_) => {
+                let mut longer = solution.clone();
+                basis.meet(&mut longer, change);
+                let longest = plan.metric.displacement(&longer.vector);
+                if longest.iter().any(|d| d.abs() > wild) {
+                    basis.drop_last();
+                } else {
+                    (solution, delta, moved[body]) = (longer, longest, true);
+                }
+            }
+            // Bodies in one place change alike; that is well if they are to.
+            Taken::Dependent(coordinates) => {
+                let allowed = correction.slack(body, now.volumes[body]) / plan.determinant.abs();
+                moved[body] = (solution.product(&coordinates) - change).abs() <= allowed;
+            }
+            Taken::Zero => {}
         }
     }
     if !delta.is_empty() {
@@ -233,15 +250,14 @@ fn step<P: Passes>(
 }
 
 fn unreachable(course: &Course, body: usize, volume: f64, axes: [f64; 3]) -> Error {
-    let what = if course.targets.len() == 1 {
-        "the target volume".into()
-    } else {
-        format!("body {body}: the target volume")
-    };
-    Error::Volume(format!(
-        "{what} {} cannot be reached, only {} can: no displacement that axes {}, weights, pins and frozen layers allow changes the volume further; allow another axis or free control points",
-        number(course.targets[body]),
-        number(volume),
-        bracketed(axes)
-    ))
+    let (target, axes) = (number(course.targets[body]), bracketed(axes));
+    let volume = number(volume);
+    Error::Volume(match course.targets.len() {
+        1 => format!(
+            "the target volume {target} cannot be reached, only {volume} can: no displacement that axes {axes}, weights, pins and frozen layers allow changes the volume further; allow another axis or free control points"
+        ),
+        _ => format!(
+            "body {body}: the target volume {target} cannot be reached, only {volume} can: no displacement that axes {axes}, weights, pins and frozen layers allow changes it further without changing the other bodies; allow another axis, free control points, or use a lattice with more points"
+        ),
+    })
 }
