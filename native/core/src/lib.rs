@@ -48,4 +48,5 @@ pub use inversion::Preimage;
 pub use lattice::{FACE_TOLERANCE, FACE_TOLERANCE_F32, Lattice};
 pub use preserve::{Coefficients, Method, Passes, PinPoint, Pins, Plan, Preserve, Preserved};
 pub use surface::{ClosedSurface, Measure};
+pub use tensor::prepare_in_background;
 pub use vertices::{Outside, Scalar};

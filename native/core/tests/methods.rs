@@ -4,7 +4,9 @@
 
 mod shared;
 
-use isochor_core::{AxisBasis, Binding, DVec3, Lattice, Method, Outside, PinPoint, Pins, Preserve, Preserved};
+use isochor_core::{
+    AxisBasis, Binding, DVec3, Lattice, Method, Outside, PinPoint, Pins, Preserve, Preserved,
+};
 use shared::{Mesh, bases, bumpy_ball, noise, slanted, volume};
 
 fn bind(lattice: &Lattice, mesh: &Mesh) -> Binding<f64> {
@@ -36,7 +38,11 @@ fn a_squashed_sphere_moves_as_far_as_known() {
         for (method, known) in [Method::Sweep, Method::Gradient, Method::Nearest].into_iter().zip(known) {
             let (outcome, error) = run(&binding, &control, &Preserve { method, ..Preserve::default() });
             assert_eq!(outcome.method, method);
-            assert!((outcome.distance / known - 1.0).abs() < 0.02, "{factor} {method:?}: {} {known}", outcome.distance);
+            assert!(
+                (outcome.distance / known - 1.0).abs() < 0.02,
+                "{factor} {method:?}: {} {known}",
+                outcome.distance
+            );
             assert!(error < 1e-12);
         }
     }
@@ -61,7 +67,8 @@ fn the_nearest_is_never_longer_than_the_others() {
             let weights = (trial % 4 == 3)
                 .then(|| (0..lattice.len()).map(|_| (2.0 * random()).exp()).collect::<Vec<f64>>());
             let frame = (trial % 2 == 1).then_some(frame);
-            let options = |method| Preserve { axes, method, frame, weights: weights.clone(), ..Preserve::default() };
+            let options =
+                |method| Preserve { axes, method, frame, weights: weights.clone(), ..Preserve::default() };
             let methods = [Method::Nearest, Method::Sweep, Method::Balanced, Method::Gradient];
             let found = methods.map(|method| {
                 let (outcome, error) = run(&binding, &control, &options(method));
@@ -71,7 +78,13 @@ fn the_nearest_is_never_longer_than_the_others() {
             let [nearest, others @ ..] = &found;
             assert_eq!(nearest.method, Method::Nearest);
             for other in others {
-                assert!(nearest.distance <= other.distance * (1.0 + 1e-12), "{name} {trial} {}: {} {}", other.iterations, nearest.distance, other.distance);
+                assert!(
+                    nearest.distance <= other.distance * (1.0 + 1e-12),
+                    "{name} {trial} {}: {} {}",
+                    other.iterations,
+                    nearest.distance,
+                    other.distance
+                );
             }
         }
     }
@@ -128,7 +141,8 @@ fn pins_and_frozen_points_and_axes_that_are_off_hold() {
         points: vec![PinPoint::Vertex(7), PinPoint::Vertex(100)],
         targets: vec![at(7) * 1.2, at(100) - DVec3::new(0.0, 0.1, 0.2)],
     };
-    let weights: Vec<f64> = (0..216).map(|p| if p % 6 == 0 { f64::INFINITY } else { 1.0 + p as f64 }).collect();
+    let weights: Vec<f64> =
+        (0..216).map(|p| if p % 6 == 0 { f64::INFINITY } else { 1.0 + p as f64 }).collect();
     for method in [Method::Gradient, Method::Nearest] {
         let options = Preserve {
             axes: [1.0, 0.0, 1.0],

@@ -198,12 +198,33 @@ fn pins_a_target_and_an_amount() {
     let control = shaken(&lattice, DVec3::new(0.9, 0.8, 0.7), 0.05, 2);
     for amount in [0.0, 0.4, 1.0] {
         let pins = Pins { points: points.clone(), targets: targets.clone() };
-        let options = Preserve { pins, target: Some(3.0), amount, ..Preserve::default() };
+        let options = Preserve { pins, target: Some(vec![3.0]), amount, ..Preserve::default() };
         pair.agree(&control, &options, "pins");
         let [_, (_, out, _)] = pair.run(&control, &options);
         for (vertex, target) in [(3, targets[0]), (700, targets[1])] {
             assert!((DVec3::from_array(out[vertex]) - target).length() < 1e-12);
         }
+    }
+}
+
+/// The nearest is found by iterations that end within a tolerance; the others are closed forms.
+#[test]
+fn methods_that_search() {
+    let mesh = bumpy_ball(4);
+    let lattice = slanted(std::array::from_fn(|_| AxisBasis::bernstein(4).unwrap()));
+    let pair = Pair::new(|| {
+        let (vertices, triangles) = (mesh.vertices.clone(), mesh.triangles.clone());
+        Binding::new(lattice.clone(), vertices, triangles, None, Outside::Keep).unwrap()
+    });
+    for factor in [0.4, 0.9, 2.0] {
+        let control = shaken(&lattice, DVec3::new(1.0, 1.0, factor), 0.05, 9);
+        let options = |method| Preserve { method, ..Preserve::default() };
+        pair.agree(&control, &options(Method::Gradient), "gradient");
+        let [(direct, ..), (nearest, _, error)] = pair.run(&control, &options(Method::Nearest));
+        let length = |found: &[DVec3]| -> f64 {
+            found.iter().zip(&control).map(|(a, b)| (*a - *b).length_squared()).sum::<f64>().sqrt()
+        };
+        assert!(error < 1.0 && (length(&nearest) / length(&direct) - 1.0).abs() < 1e-10);
     }
 }
 
@@ -259,6 +280,8 @@ fn large_lattices_and_open_surfaces_have_none() {
 
 #[test]
 fn it_comes_by_itself_where_it_pays_and_goes_with_an_update() {
+    // The only test here that depends on the switch.
+    isochor_core::prepare_in_background(false);
     let mesh = bumpy_ball(6);
     let lattice = slanted(std::array::from_fn(|_| AxisBasis::bernstein(4).unwrap()));
     let bind = |mesh: &Mesh| {
@@ -270,6 +293,12 @@ fn it_comes_by_itself_where_it_pays_and_goes_with_an_update() {
     let (mut binding, tiny) = (bind(&mesh), bind(&small));
     let mut out = vec![[0.0; 3]; mesh.vertices.len()];
     let first = binding.preserve(&control, &Preserve::default(), &mut out).unwrap();
+    for _ in 0..300 {
+        let again = binding.preserve(&control, &Preserve::default(), &mut out).unwrap();
+        assert!(again == first && binding.tensor_bytes() == 0);
+    }
+    isochor_core::prepare_in_background(true);
+    binding.update(None, None, None, None).unwrap();
     let patience = std::time::Instant::now();
     let mut corrections = 1;
     while binding.tensor_bytes() == 0 && patience.elapsed().as_secs() < 60 {

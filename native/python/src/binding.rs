@@ -262,8 +262,8 @@ impl Binding {
     }
 
     /// Sums up now what makes later corrections on the CPU independent of the number of vertices: the volume as a cubic form of the
-    /// control points. It happens by itself, in the background, after some dozens of corrections of the same binding, where it pays.
-    /// Takes about a second for half a million vertices and a lattice of 4 x 4 x 4. Returns whether it is there: not for lattices of
+    /// control points. It happens by itself, in the background, after some dozens of corrections of the same binding, where it pays
+    /// (prepare_in_background(False) forbids it). Corrections then differ by rounding only. Takes about a second for half a million vertices and a lattice of 4 x 4 x 4. Returns whether it is there: not for lattices of
     /// more than 216 control points, nor for several bodies or caps. `update` drops it. Raises MeshError where the triangles enclose no
     /// volume.
     fn prepare(&self, py: Python<'_>) -> PyResult<bool> {

@@ -27,8 +27,9 @@ impl FromPyObject<'_, '_> for BodiesLike {
         if let Ok(word) = object.extract::<String>() {
             return match word.as_str() {
                 "islands" => Ok(Self(Bodies::Islands)),
-                other => Err(argument
-                    .error(format!("found {other:?}, expected \"islands\", a label for each triangle or None"))),
+                other => Err(argument.error(format!(
+                    "found {other:?}, expected \"islands\", a label for each triangle or None"
+                ))),
             };
         }
         let Ok(labels) = object.extract::<ArrayLike<'_>>();

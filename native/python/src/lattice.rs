@@ -292,9 +292,7 @@ impl Lattice {
         bodies: Option<BodiesLike>,
         caps: bool,
     ) -> PyResult<Binding> {
-        Binding::new(
-            py, &self.core, vertices, triangles, device, outside.0, influence, rest, bodies, caps,
-        )
+        Binding::new(py, &self.core, vertices, triangles, device, outside.0, influence, rest, bodies, caps)
     }
 
     fn __repr__(&self) -> String {

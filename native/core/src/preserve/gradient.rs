@@ -66,8 +66,12 @@ fn along_one<P: Passes>(
     let mut t = goal / slope;
     for round in 1..=MAX_STEPS {
         let place = search.evaluate(scaled(direction, t))?;
-        let cubic =
-            Cubic::through(slope, t, place.volumes[0] - start.volumes[0], dot(&place.gradients[0], direction));
+        let cubic = Cubic::through(
+            slope,
+            t,
+            place.volumes[0] - start.volumes[0],
+            dot(&place.gradients[0], direction),
+        );
         let Some(root) = cubic.first_root(goal) else { return Ok(None) };
         let q = scaled(direction, root);
         if search.is_wild(&q) {
@@ -122,7 +126,11 @@ impl Cubic {
         let mut t = high;
         for _ in 0..100 {
             let error = self.value(t) - goal;
-            if error > 0.0 { high = t } else { low = t }
+            if error > 0.0 {
+                high = t
+            } else {
+                low = t
+            }
             let newton = t - error / self.slope_at(t);
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             if next == t || error == 0.0 {

@@ -139,6 +139,7 @@ impl<T: Scalar> Binding<T> {
         with_engine!(self, engine => {
             let mut passes = OnEngine::new(self, engine, &plan.frame, plan.middle, &plan.displacement);
             let preserved = plan.carry_out(&mut passes)?;
+            self.chosen().spent(passes.count);
             if plan.frame.is_identity() {
                 self.write(&passes.state, out)?;
             } else {

@@ -157,8 +157,10 @@ impl Conditions {
     /// By how much the merit of another place differs.
     fn change(&self, from: &[f64], to: &[f64], missing: &[f64]) -> f64 {
         let squares: f64 = from.iter().zip(to).map(|(a, b)| (b - a) * (b + a)).sum();
-        let costs = self.multipliers.iter().zip(missing).zip(&self.missing).map(|((m, to), from)| m * (to - from));
-        let penalty = |missing: &[f64]| PENALTY * self.basis.shortest(missing).iter().map(|x| x * x).sum::<f64>();
+        let costs =
+            self.multipliers.iter().zip(missing).zip(&self.missing).map(|((m, to), from)| m * (to - from));
+        let penalty =
+            |missing: &[f64]| PENALTY * self.basis.shortest(missing).iter().map(|x| x * x).sum::<f64>();
         0.5 * (squares + penalty(missing) - penalty(&self.missing)) + costs.sum::<f64>()
     }
 
@@ -243,7 +245,8 @@ fn settle<P: Passes>(search: &mut Search<'_, '_, P>, place: Place) -> Result<Opt
             return Ok(search.close(&place)?.then_some(place.q));
         }
         let mut basis = Basis::default();
-        let is_independent = |gradient: &Vec<f64>| matches!(basis.take(gradient.clone(), 0.0), Taken::Independent(_));
+        let is_independent =
+            |gradient: &Vec<f64>| matches!(basis.take(gradient.clone(), 0.0), Taken::Independent(_));
         if !place.gradients.iter().all(is_independent) {
             return Ok(None);
         }
@@ -304,6 +307,10 @@ impl Memory {
             add_scaled(&mut way, step, share - back);
         }
         here.basis.project_off(&mut way);
-        if dot(&way, &here.tangent) < 0.1 * norm(&way) * norm(&here.tangent) { here.tangent.clone() } else { way }
+        if dot(&way, &here.tangent) < 0.1 * norm(&way) * norm(&here.tangent) {
+            here.tangent.clone()
+        } else {
+            way
+        }
     }
 }

@@ -48,8 +48,7 @@ impl<'c, 'a, P: Passes> Search<'c, 'a, P> {
         let axes: Vec<usize> = (0..3).filter(|&axis| plan.shares[axis] > 0.0).collect();
         let directions = orthonormal(&axes, &plan.maps()[1].to_cols_array_2d().map(DVec3::from_array));
         let base = correction.control.clone();
-        let mut search =
-            Self { correction, axes, directions, base, before: Vec::new(), targets: Vec::new() };
+        let mut search = Self { correction, axes, directions, base, before: Vec::new(), targets: Vec::new() };
         let start = search.measured(vec![0.0; search.directions.len() * search.base.len()])?;
         search.before.clone_from(&start.volumes);
         search.targets = plan
@@ -153,8 +152,7 @@ impl<'c, 'a, P: Passes> Search<'c, 'a, P> {
         }
         let last = self.correction.coefficients(self.axes[0])?;
         Ok((0..self.targets.len()).all(|body| {
-            (self.targets[body] - last.volumes[body]).abs()
-                <= self.correction.slack(body, self.targets[body])
+            (self.targets[body] - last.volumes[body]).abs() <= self.correction.slack(body, self.targets[body])
         }))
     }
 

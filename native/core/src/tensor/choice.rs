@@ -26,6 +26,16 @@ const LONGEST: f64 = 60e9;
 /// The tensor must save this many times what it costs a correction: passes over a mesh use more cores than contractions do.
 const FASTER: f64 = 4.0;
 
+/// Whether tensors may come by themselves.
+static BY_THEMSELVES: AtomicBool = AtomicBool::new(true);
+
+/// Allows or forbids, for the whole process, that corrections become independent of the number of vertices by themselves. What they
+/// give differs by rounding then, so a frame depends in its last bits on how many came before: forbid it where frames computed by
+/// several processes must be the same to the bit. [`Binding::prepare`] works all the same.
+pub fn prepare_in_background(allowed: bool) {
+    BY_THEMSELVES.store(allowed, Ordering::Relaxed);
+}
+
 /// The tensor of a binding: not there yet, on its way, or there.
 #[derive(Default)]
 pub(crate) struct Chosen(Mutex<State>);
@@ -34,7 +44,7 @@ pub(crate) struct Chosen(Mutex<State>);
 enum State {
     #[default]
     Fresh,
-    /// Corrections over the mesh so far.
+    /// Passes over the mesh so far.
     Counting(u32),
     Building(Building),
     Ready(Arc<Tensor>),
@@ -54,8 +64,7 @@ impl Drop for Building {
 }
 
 impl Chosen {
-    /// The tensor for the next correction, if it is there; starts to sum it up once `worth` corrections went over the mesh, or
-    /// never.
+    /// The tensor for the next correction, if it is there; starts to sum it up once `worth` passes went over the mesh, or never.
     fn next(
         &self,
         worth: impl FnOnce() -> Option<u32>,
@@ -74,19 +83,24 @@ impl Chosen {
                 Err(TryRecvError::Empty) => {}
                 Err(TryRecvError::Disconnected) => *state = State::Never,
             },
-            State::Fresh => *state = State::Counting(1),
-            State::Counting(count) => {
-                *count += 1;
-                match worth() {
-                    None => *state = State::Never,
-                    Some(worth) if *count > worth => {
-                        *state = start().map_or(State::Never, State::Building);
-                    }
-                    Some(_) => {}
+            State::Fresh => *state = State::Counting(0),
+            State::Counting(_) if !BY_THEMSELVES.load(Ordering::Relaxed) => {}
+            State::Counting(passes) => match worth() {
+                None => *state = State::Never,
+                Some(worth) if *passes >= worth => {
+                    *state = start().map_or(State::Never, State::Building);
                 }
-            }
+                Some(_) => {}
+            },
         }
         None
+    }
+
+    /// Counts passes that a correction took over the mesh.
+    pub(crate) fn spent(&self, more: u32) {
+        if let State::Counting(passes) = &mut *self.0.lock().unwrap_or_else(PoisonError::into_inner) {
+            *passes = passes.saturating_add(more);
+        }
     }
 
     fn set(&self, tensor: Tensor) {
@@ -121,12 +135,12 @@ impl Building {
 
 /// Nanoseconds that one core takes, measured on a server's processor with 512-bit vectors: only their ratios matter.
 struct Costs {
-    /// The three coefficients and three shifts of a correction over the mesh, for one vertex.
-    passes: f64,
+    /// A pass over the mesh, for one vertex: one axis' coefficients, or a shift along one.
+    pass: f64,
     /// The sum over the mesh, for one vertex.
     sum: f64,
-    /// The three contractions of a correction by the tensor.
-    contractions: f64,
+    /// A pass by the tensor.
+    contraction: f64,
 }
 
 impl Costs {
@@ -139,18 +153,19 @@ impl Costs {
         let sum = 700.0 + operations(FIXED + all + 1) as f64 / 15.0;
         Self {
             // The cubic's passes are compiled for it.
-            passes: if taps == [4; 3] { 47.0 } else { 20.0 + 2.3 * all as f64 },
+            pass: if taps == [4; 3] { 8.0 } else { 3.3 + 0.38 * all as f64 },
             sum: if several_cells { 2.0 * sum } else { sum },
-            contractions: 0.12 * Triples::bytes(functions(lattice)) as f64,
+            // Shifts cost nothing: half of the contraction that belongs to each.
+            contraction: 0.02 * Triples::bytes(functions(lattice)) as f64,
         }
     }
 
-    /// Corrections over the mesh that cost as much as the sum: whoever waits for so many never spends more than twice of what
-    /// would have been best. `None` where the tensor does not pay.
+    /// Passes over the mesh that cost as much as the sum: whoever waits for so many never spends more than twice of what would have
+    /// been best. `None` where the tensor does not pay.
     fn worth(&self, vertices: usize) -> Option<u32> {
         let vertices = vertices as f64;
-        let pays = FASTER * self.contractions < vertices * self.passes && vertices * self.sum < LONGEST;
-        pays.then(|| (self.sum / self.passes).ceil() as u32)
+        let pays = FASTER * self.contraction < vertices * self.pass && vertices * self.sum < LONGEST;
+        pays.then(|| (self.sum / self.pass).ceil() as u32)
     }
 }
 

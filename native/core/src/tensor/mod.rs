@@ -21,6 +21,7 @@ use crate::preserve::{Coefficients, Passes};
 use crate::sum::CompensatedSum;
 
 pub(crate) use choice::Chosen;
+pub use choice::prepare_in_background;
 use source::{FIXED, Source};
 use triples::Triples;
 
