@@ -62,6 +62,7 @@ pub struct Binding<T> {
     pub(crate) caps: OnceLock<Caps>,
     pub(crate) reference: OnceLock<Vec<Measure>>,
     chosen: Chosen,
+    pub(crate) proxy: OnceLock<Option<Box<Self>>>,
 }
 
 /// An engine in the lanes that suit the vertices.
@@ -157,6 +158,7 @@ impl<T: Scalar> Binding<T> {
             caps: OnceLock::new(),
             reference: OnceLock::new(),
             chosen: Chosen::default(),
+            proxy: OnceLock::new(),
         })
     }
 
@@ -213,6 +215,7 @@ impl<T: Scalar> Binding<T> {
         self.walks = OnceLock::new();
         self.caps = OnceLock::new();
         self.chosen = Chosen::default();
+        self.proxy = OnceLock::new();
         Ok(())
     }
 
@@ -297,6 +300,16 @@ impl<T: Scalar> Binding<T> {
             Precision::Single(_) => f32::EPSILON.into(),
             Precision::Double(_) => f64::EPSILON,
         }
+    }
+
+    /// How much of the deformation each vertex takes; `None` for all of it.
+    pub(crate) fn influence(&self) -> Option<&[f64]> {
+        self.influence.as_deref()
+    }
+
+    /// What happens to vertices beyond the domain.
+    pub(crate) fn outside(&self) -> Outside {
+        self.outside
     }
 
     /// How corrections are to be computed.

@@ -26,7 +26,7 @@ use crate::vertices::Scalar;
 
 use crate::tensor::OnTensor;
 use correction::Correction;
-use passes::OnEngine;
+pub(crate) use passes::OnEngine;
 pub use passes::{Coefficients, Passes};
 pub use pins::{PinPoint, Pins};
 pub use plan::Plan;
@@ -45,6 +45,20 @@ pub enum Method {
     Gradient,
     /// The smallest displacement of all, by iteration from the shortest of the others; over all axes with a share at once.
     Nearest,
+}
+
+/// How exactly a huge mesh is corrected. Smaller ones, those of several bodies or with caps, and those whose control points alone
+/// decide already ([`Binding::prepare`]) are always corrected exactly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Accuracy {
+    /// By passes over the mesh itself.
+    #[default]
+    Exact,
+    /// By passes over a coarse copy of it, and one exact step along one axis: the volume is exact, the displacement of the control
+    /// points nearly the smallest.
+    Finished,
+    /// By passes over a coarse copy alone: the volume is off by what the copy lacks.
+    Rough,
 }
 
 /// What the correction should reach and what it may move.
@@ -66,6 +80,8 @@ pub struct Preserve {
     /// How much of the way from the volume as deformed (with the pins on their targets) to the target: 0 leaves it, 1 reaches the
     /// target.
     pub amount: f64,
+    /// How exactly a huge mesh is corrected.
+    pub accuracy: Accuracy,
 }
 
 impl Default for Preserve {
@@ -78,6 +94,7 @@ impl Default for Preserve {
             pins: Pins::default(),
             target: None,
             amount: 1.0,
+            accuracy: Accuracy::Exact,
         }
     }
 }
@@ -135,6 +152,11 @@ impl<T: Scalar> Binding<T> {
             let preserved = plan.carry_out(&mut passes)?;
             self.deform(&preserved.control, out)?;
             return Ok(preserved);
+        }
+        if options.accuracy != Accuracy::Exact {
+            if let Some(preserved) = self.preserve_by_proxy(&plan, options, out)? {
+                return Ok(preserved);
+            }
         }
         with_engine!(self, engine => {
             let mut passes = OnEngine::new(self, engine, &plan.frame, plan.middle, &plan.displacement);
