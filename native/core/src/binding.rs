@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::inversion::{Inversion, Preimage};
 use crate::lanes::{F32x8, F64x8, Lanes};
 use crate::lattice::Lattice;
+use crate::preserve::Costs;
 use crate::surface::{ClosedSurface, Measure};
 use crate::tensor::Chosen;
 use crate::vertices::{Outside, Scalar, check_influence, check_triangles, check_vertices};
@@ -61,6 +62,7 @@ pub struct Binding<T> {
     walks: OnceLock<Arc<Walks>>,
     pub(crate) caps: OnceLock<Caps>,
     pub(crate) reference: OnceLock<Vec<Measure>>,
+    costs: Costs,
     chosen: Chosen,
     pub(crate) proxy: OnceLock<Option<Box<Self>>>,
 }
@@ -155,6 +157,7 @@ impl<T: Scalar> Binding<T> {
             embedding,
             engine,
             walks: OnceLock::new(),
+            costs: Costs::default(),
             caps: OnceLock::new(),
             reference: OnceLock::new(),
             chosen: Chosen::default(),
@@ -213,6 +216,7 @@ impl<T: Scalar> Binding<T> {
             self.outside,
         );
         self.walks = OnceLock::new();
+        self.costs = Costs::default();
         self.caps = OnceLock::new();
         self.chosen = Chosen::default();
         self.proxy = OnceLock::new();
@@ -271,6 +275,11 @@ impl<T: Scalar> Binding<T> {
             Some(rest) => control.iter().zip(rest).map(|(p, rest)| p - rest).collect(),
             None => self.lattice.displacement(control)?,
         })
+    }
+
+    /// The factors of costs that couple control points.
+    pub(crate) fn costs(&self) -> &Costs {
+        &self.costs
     }
 
     /// The engine that deforms.

@@ -168,7 +168,7 @@ fn pins_and_frozen_points_and_axes_that_are_off_hold() {
 #[test]
 fn a_gradient_without_a_root_falls_back_visibly() {
     let binding = sphere();
-    // A quarter of the volume, by a bulge turned inside out: along its gradient the volume turns before it is back.
+    // A sphere turned inside out and larger: on the way to it the volume turns where the sphere is a point.
     let control = binding.rest();
     let options = Preserve { method: Method::Gradient, target: Some(-20.0), ..Preserve::default() };
     let (outcome, error) = run(&binding, &control, &options);

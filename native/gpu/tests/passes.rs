@@ -7,7 +7,9 @@ mod shared;
 
 mod device;
 
-use isochor_core::{Bind, Binding, Bodies, DVec3, Lattice, Method, Outside, PinPoint, Pins, Preserve, Scalar};
+use isochor_core::{
+    Bind, Binding, Bodies, DVec3, Lattice, Method, Outside, PinPoint, Pins, Preserve, Scalar,
+};
 use isochor_gpu::{Mesh, TOLERANCE, Work};
 use shared::{bases, bumpy_ball, noise, slanted};
 
@@ -79,9 +81,8 @@ fn two_balls(left_out: usize) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let placed = |size: f64, x: f64| {
         ball.vertices.iter().map(move |p| [x + size * p[0], size * p[1], size * p[2]].map(|c| c as f32))
     };
-    let triangles = |first: u32| {
-        ball.triangles[left_out..].iter().map(move |t| t.map(|v| v + first)).collect::<Vec<_>>()
-    };
+    let triangles =
+        |first: u32| ball.triangles[left_out..].iter().map(move |t| t.map(|v| v + first)).collect::<Vec<_>>();
     (placed(0.6, -0.6).chain(placed(0.2, 0.7)).collect(), [triangles(0), triangles(count)].concat())
 }
 
@@ -93,8 +94,7 @@ fn every_island_keeps_its_volume_on_the_device() {
         for (name, axes) in bases() {
             let lattice = slanted(axes);
             let how = Bind { outside: Outside::Extend, bodies: Bodies::Islands, caps, ..Bind::default() };
-            let binding =
-                Binding::with(lattice.clone(), vertices.clone(), triangles.clone(), how).unwrap();
+            let binding = Binding::with(lattice.clone(), vertices.clone(), triangles.clone(), how).unwrap();
             let on_device = Mesh::new(device.clone(), &binding).unwrap();
             let control = pushed(&lattice, 5);
             let mut out = vertices.clone();
@@ -102,7 +102,8 @@ fn every_island_keeps_its_volume_on_the_device() {
             let outcome = on_device.preserve(&binding, &control, &options, &mut out).unwrap();
             assert_ne!(outcome.work, Work::Cpu, "{name}");
             assert_eq!(outcome.preserved.targets.len(), 2, "{name}");
-            for (body, reference) in binding.measures(&out).unwrap().iter().zip(binding.references().unwrap()) {
+            for (body, reference) in binding.measures(&out).unwrap().iter().zip(binding.references().unwrap())
+            {
                 let error = (body.volume / reference.volume - 1.0).abs();
                 assert!(error <= TOLERANCE, "{name}, caps {caps}: {error:e}");
             }

@@ -14,7 +14,7 @@ use crate::errors::{to_python, warn};
 use crate::lattice::LatticeLike;
 use crate::pins::PinsLike;
 use crate::preserved::Preserved;
-use crate::words::{DeviceWord, MethodWord};
+use crate::words::{AccuracyWord, DeviceWord, MethodWord};
 
 /// A binding of the core for either precision, shared with the results that measure on it.
 pub(crate) type Shared = Arc<RwLock<Precise>>;
@@ -291,9 +291,13 @@ impl Binding {
     /// to reference_volumes. None for reference_volumes.
     /// amount: 0 leaves the volume as deformed and pinned, 1 (if not given) reaches the target. Pins alone (amount 0) need no closed
     /// mesh.
+    /// accuracy: how a mesh of 20,000 vertices or more is corrected on the CPU: "exact" by passes over itself; "finished" by passes over a
+    /// coarse copy and one exact step, twice as fast: the volume is as exact, the correction longer by a ten-thousandth or so; "rough"
+    /// by passes over the copy alone, four times as fast, with what remains in the result's error. Meshes of several bodies or with
+    /// caps, and what `prepare` made fast, are always "exact".
     ///
     /// Raises PinError for pins that are repeated, contradict each other or cannot move, VolumeError, LatticeError, MeshError.
-    #[pyo3(signature = (control, axes=None, frame=None, method=MethodWord(isochor_core::Method::Balanced), weights=None, pins=None, target=None, amount=NumberLike::Default(1.0)))]
+    #[pyo3(signature = (control, axes=None, frame=None, method=MethodWord(isochor_core::Method::Balanced), weights=None, pins=None, target=None, amount=NumberLike::Default(1.0), accuracy=AccuracyWord(isochor_core::Accuracy::Exact)))]
     #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn preserve(
         &self,
@@ -306,6 +310,7 @@ impl Binding {
         pins: Option<PinsLike>,
         target: Option<TargetLike<'_>>,
         amount: NumberLike<'_>,
+        accuracy: AccuracyWord,
     ) -> PyResult<Preserved> {
         let shape = self.shape(py);
         let control = Argument::lattice("control").control(&control, shape)?;
@@ -318,6 +323,7 @@ impl Binding {
             pins: pins.map(|pins| pins.0).unwrap_or_default(),
             target: target.map(|target| target.numbers(self.body_count(py))).transpose()?,
             amount: Argument::volume("amount").number(&amount)?,
+            accuracy: accuracy.0,
         };
         let (vertices, ran) = self.with_output(
             py,
@@ -333,6 +339,14 @@ impl Binding {
         let device = self.device(py);
         format!("Binding(vertices={}, lattice={shape:?}, device={device:?})", self.vertex_count)
     }
+}
+
+/// Allows (True, at the start) or forbids, for the whole process, that corrections on the CPU become independent of the number of
+/// vertices by themselves, as by Binding.prepare. What they give differs by rounding then, so a frame depends in its last bits on
+/// how many came before: forbid it where several processes must compute the same frames to the bit.
+#[pyfunction]
+pub(crate) fn prepare_in_background(allowed: bool) {
+    isochor_core::prepare_in_background(allowed);
 }
 
 /// Signed volume of every body of a result's vertices.

@@ -4,8 +4,12 @@
 //! Hahmann, Bonneau, Barbier, Elber, Hagen: *Volume-preserving FFD for programmable graphics hardware* (2012), both problems, and
 //! what goes beyond: any number of pins and bodies, and methods that do not depend on an order of axes.
 
+mod band;
+mod bending;
 mod constraints;
 mod correction;
+mod costs;
+mod factor;
 pub(crate) mod frame;
 mod gradient;
 mod metric;
@@ -15,6 +19,7 @@ mod pins;
 mod plan;
 mod scale;
 mod search;
+mod surface_cost;
 mod sweep;
 mod wanted;
 
@@ -26,6 +31,8 @@ use crate::vertices::Scalar;
 
 use crate::tensor::OnTensor;
 use correction::Correction;
+pub use costs::Cost;
+pub(crate) use costs::Costs;
 pub(crate) use passes::OnEngine;
 pub use passes::{Coefficients, Passes};
 pub use pins::{PinPoint, Pins};
@@ -80,6 +87,8 @@ pub struct Preserve {
     /// How much of the way from the volume as deformed (with the pins on their targets) to the target: 0 leaves it, 1 reaches the
     /// target.
     pub amount: f64,
+    /// What is kept small while the volume changes.
+    pub cost: Cost,
     /// How exactly a huge mesh is corrected.
     pub accuracy: Accuracy,
 }
@@ -94,6 +103,7 @@ impl Default for Preserve {
             pins: Pins::default(),
             target: None,
             amount: 1.0,
+            cost: Cost::Points,
             accuracy: Accuracy::Exact,
         }
     }

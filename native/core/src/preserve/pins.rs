@@ -93,6 +93,12 @@ impl PinRows {
         self.pins.iter().map(|pin| frame.coordinates(pin.way(displacement))[axis]).collect()
     }
 
+    /// How far displacements along one axis move each pin.
+    pub(crate) fn moved(&self, delta: &[f64]) -> Vec<f64> {
+        let of = |pin: &Pin| pin.row.iter().map(|&(point, weight)| weight * delta[point]).sum();
+        self.pins.iter().map(of).collect()
+    }
+
     /// Refuses displacements along one axis that pins near each other blow up. `extent`: size of the lattice.
     pub(crate) fn refuse_wild(&self, delta: &[f64], residuals: &[f64], extent: f64) -> Result<()> {
         let largest = |values: &[f64]| values.iter().map(|value| value.abs()).fold(0.0, f64::max);

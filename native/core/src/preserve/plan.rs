@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3};
 
 use crate::binding::Binding;
 use crate::error::{Error, Result};
+use crate::preserve::constraints::{Basis, add_scaled, dot};
 use crate::preserve::frame::{Frame, normalised_shares};
 use crate::preserve::metric::Metric;
 use crate::preserve::pins::PinRows;
@@ -54,7 +55,7 @@ impl<T: Scalar> Binding<T> {
         let frame = Frame::new(options.frame)?;
         let shares = normalised_shares(options.axes)?;
         let mobility = self.mobility(options.weights.as_deref())?;
-        let metric = Metric::weighted(&mobility);
+        let metric = self.metric(options.cost, &mobility)?;
         let (wanted, bound) = self.wanted_volumes(options)?;
         let displacement = self.displacement(control)?;
         Ok(Plan {
@@ -118,12 +119,37 @@ impl Plan {
         self.frame.move_along(axis, distance, point);
     }
 
+    /// The smallest displacement along one axis by which the pins and some bodies' volumes, whose rows `basis` has taken in, change by
+    /// `values`.
+    pub(crate) fn displacement(&self, basis: &Basis, bodies: &[&[f64]], values: &[f64]) -> Vec<f64> {
+        self.refined(basis.displacement(&self.metric, values), basis, bodies, values)
+    }
+
+    /// The same from a first try at it: what the roots of a cost that couples control points lose of it to rounding is put right by a
+    /// second step.
+    pub(crate) fn refined(
+        &self,
+        mut delta: Vec<f64>,
+        basis: &Basis,
+        bodies: &[&[f64]],
+        values: &[f64],
+    ) -> Vec<f64> {
+        if !self.metric.is_weighted() && !delta.is_empty() {
+            let reached =
+                self.pins.moved(&delta).into_iter().chain(bodies.iter().map(|row| dot(row, &delta)));
+            let lost: Vec<f64> = values.iter().zip(reached).map(|(value, reached)| value - reached).collect();
+            add_scaled(&mut delta, &basis.displacement(&self.metric, &lost), 1.0);
+        }
+        delta
+    }
+
     /// Whether the volume of one body without caps is all that is wanted, by shares of the axes: nothing that a closed form without
     /// rows of constraints could not do.
     pub fn is_plain(&self) -> bool {
         self.pins.is_empty()
             && self.wanted.len() == 1
             && !self.capped
+            && self.metric.is_weighted()
             && matches!(self.method, Method::Sweep | Method::Balanced)
     }
 

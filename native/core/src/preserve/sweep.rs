@@ -218,10 +218,11 @@ pub(crate) fn step<P: Passes>(
     let wild = if changes.len() == 1 { WILD } else { WILD_OF_SEVERAL } * correction.scale.extent;
     let mut basis = plan.pins.basis.clone();
     let residuals = correction.residuals(axis);
+    let mut values = residuals.clone();
     let mut solution = basis.solve(&residuals);
     let mut delta = plan.metric.displacement(&solution.vector);
     plan.pins.refuse_wild(&delta, &residuals, correction.scale.extent)?;
-    let mut moved = vec![false; changes.len()];
+    let (mut moved, mut taken) = (vec![false; changes.len()], Vec::new());
     for (body, row) in now.rows.iter().enumerate() {
         let change = changes[body] / plan.determinant;
         match basis.take(plan.metric.whitened(row), correction.scale_of(body).no_area()) {
@@ -232,6 +233,8 @@ pub(crate) fn step<P: Passes>(
                 if longest.iter().any(|d| d.abs() > wild) {
                     basis.drop_last();
                 } else {
+                    values.push(change);
+                    taken.push(row.as_slice());
                     (solution, delta, moved[body]) = (longer, longest, true);
                 }
             }
@@ -243,6 +246,7 @@ pub(crate) fn step<P: Passes>(
             Taken::Zero => {}
         }
     }
+    let delta = plan.refined(delta, &basis, &taken, &values);
     if !delta.is_empty() {
         correction.shift(axis, &delta)?;
     }
