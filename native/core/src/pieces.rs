@@ -147,7 +147,12 @@ pub(crate) fn contracted(values: &[DVec3], shape: [usize; 3], axis: usize, rows:
     for (line, (block, row)) in
         lines.zip((0..outer).flat_map(|block| rows.iter().map(move |row| (block, row))))
     {
-        let inputs = values[block * shape[axis] * stride..].chunks(stride);
+        let values = &values[block * shape[axis] * stride..];
+        if let [sum] = line {
+            *sum = values.iter().zip(row).map(|(&value, &weight)| weight * value).sum();
+            continue;
+        }
+        let inputs = values.chunks(stride);
         for (input, &weight) in inputs.zip(row).filter(|(_, weight)| **weight != 0.0) {
             line.iter_mut().zip(input).for_each(|(sum, &value)| *sum += weight * value);
         }

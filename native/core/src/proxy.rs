@@ -96,16 +96,21 @@ impl<T: Scalar> Binding<T> {
         options: &Preserve,
         out: &mut [[T; 3]],
     ) -> Result<Option<Preserved>> {
-        let Some(proxy) = self.proxy().filter(|_| plan.amount != 0.0) else { return Ok(None) };
+        if plan.amount == 0.0 || plan.is_limited() {
+            return Ok(None);
+        }
+        let Some(proxy) = self.proxy() else { return Ok(None) };
         let scale = proxy.reference()?.volume / self.reference()?.volume;
         let mut coarse = plan.clone();
         coarse.wanted.iter_mut().for_each(|volume| *volume *= scale);
-        let mut found = with_engine!(proxy, engine => {
+        let found = with_engine!(proxy, engine => {
             let mut passes = OnEngine::new(proxy, engine, &plan.frame, plan.middle, &plan.displacement);
-            let found = coarse.carry_out(&mut passes)?;
+            let found = coarse.carry_out(&mut passes);
             engine.recycle(passes.state);
             found
         });
+        // What cannot be reached is for the mesh itself to say.
+        let Ok(mut found) = found else { return Ok(None) };
         found.targets.iter_mut().for_each(|volume| *volume /= scale);
         if options.accuracy == Accuracy::Rough {
             self.deform(&found.control, out)?;

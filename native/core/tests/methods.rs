@@ -170,7 +170,7 @@ fn a_gradient_without_a_root_falls_back_visibly() {
     let binding = sphere();
     // A sphere turned inside out and larger: on the way to it the volume turns where the sphere is a point.
     let control = binding.rest();
-    let options = Preserve { method: Method::Gradient, target: Some(-20.0), ..Preserve::default() };
+    let options = Preserve { method: Method::Gradient, target: Some(vec![-20.0]), ..Preserve::default() };
     let (outcome, error) = run(&binding, &control, &options);
     assert_eq!(outcome.method, Method::Sweep);
     assert!(error < 1e-12);

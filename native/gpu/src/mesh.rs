@@ -192,8 +192,10 @@ impl Mesh {
         plan: &Plan,
         out: &mut [[T; 3]],
     ) -> std::result::Result<Outcome, Failure> {
-        if is_double::<T>() && options.amount != 0.0 && options.amount != 1.0 {
-            // The target lies between volumes that float32 knows to seven digits only.
+        let between = is_double::<T>() && options.amount != 0.0 && options.amount != 1.0;
+        if between || plan.is_limited() {
+            // The target lies between volumes that float32 knows to seven digits only; or what float32 leaves of it may not be made up
+            // for afterwards.
             let preserved = binding.preserve(&plan.control, options, out)?;
             return Ok(Outcome { preserved, work: Work::Cpu, seconds: None });
         }
@@ -232,6 +234,7 @@ impl Mesh {
             method: options.method,
             iterations: 0,
             distance: 0.0,
+            missing: 0.0,
         };
         Ok(Outcome { preserved, work: Work::Device, seconds })
     }
@@ -365,6 +368,7 @@ fn corrected(control: &[DVec3], options: &Preserve, plan: &Plan, found: &Found, 
         targets: vec![target],
         method: options.method,
         iterations: u32::from(has_moved),
+        missing: 0.0,
     }
 }
 

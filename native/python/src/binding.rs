@@ -14,7 +14,7 @@ use crate::errors::{to_python, warn};
 use crate::lattice::LatticeLike;
 use crate::pins::PinsLike;
 use crate::preserved::Preserved;
-use crate::words::{AccuracyWord, DeviceWord, MethodWord};
+use crate::words::{AccuracyWord, CostWord, DeviceWord, LimitWord, MethodWord};
 
 /// A binding of the core for either precision, shared with the results that measure on it.
 pub(crate) type Shared = Arc<RwLock<Precise>>;
@@ -263,9 +263,9 @@ impl Binding {
 
     /// Sums up now what makes later corrections on the CPU independent of the number of vertices: the volume as a cubic form of the
     /// control points. It happens by itself, in the background, after some dozens of corrections of the same binding, where it pays
-    /// (prepare_in_background(False) forbids it). Corrections then differ by rounding only. Takes about a second for half a million vertices and a lattice of 4 x 4 x 4. Returns whether it is there: not for lattices of
-    /// more than 216 control points, nor for several bodies or caps. `update` drops it. Raises MeshError where the triangles enclose no
-    /// volume.
+    /// (prepare_in_background(False) forbids it); corrections then differ by rounding only. Takes about a second for half a million
+    /// vertices and a lattice of 4 x 4 x 4. Returns whether it is there: not for lattices of more than 216 control points, nor for
+    /// several bodies or caps. `update` drops it. Raises MeshError where the triangles enclose no volume.
     fn prepare(&self, py: Python<'_>) -> PyResult<bool> {
         self.read(py, |precise| either!(precise, core => core.prepare())).map_err(to_python)
     }
@@ -282,8 +282,10 @@ impl Binding {
     /// control (nu, nv, nw, 3): the control points asked for.
     /// axes: shares of x, y, z in the correction, not negative, normalised; an axis with share 0 is not touched.
     /// frame (3, 3) rows: the directions that "axes" means; None for the coordinate axes.
-    /// method: "balanced" (geometric steps; keeps round things round; falls back to "sweep" where the volume changes sign)
-    /// or "sweep" (the paper's).
+    /// method: "balanced" (geometric steps; keeps round things round; falls back to "sweep" where the volume changes sign),
+    /// "sweep" (the paper's), "gradient" (one exact step over all axes with a share at once, no order of axes; falls back to
+    /// "balanced" where the volume turns before its target) or "nearest" (the smallest displacement over all axes with a share at
+    /// once, by iteration: about ten times the time of a sweep). For the last two shares only say which axes take part.
     /// weights (nu, nv, nw): positive; large keeps a control point, inf freezes it (Remark 2).
     /// pins: isochor.Pins, or (indices (m,), targets (m, 3)) of vertices: these points land exactly on their targets, whatever the
     /// shares (Problem 2, equations (20)-(24), for any number of pins).
@@ -291,13 +293,18 @@ impl Binding {
     /// to reference_volumes. None for reference_volumes.
     /// amount: 0 leaves the volume as deformed and pinned, 1 (if not given) reaches the target. Pins alone (amount 0) need no closed
     /// mesh.
+    /// cost: what the correction keeps small (Remark 1): "points" (how far control points move), "surface" (how far vertices move) or
+    /// "bending" (how much space is bent; stretching costs nothing). The last two are factorised at the first call after bind or
+    /// update; a lattice too large for that is a LatticeError. weights count in all of them.
+    /// limit: None, or "unfolded": the correction goes only so far that no cell of the lattice folds that is proved unfolded without
+    /// it; result.missing says how much volume is then missing.
     /// accuracy: how a mesh of 20,000 vertices or more is corrected on the CPU: "exact" by passes over itself; "finished" by passes over a
     /// coarse copy and one exact step, twice as fast: the volume is as exact, the correction longer by a ten-thousandth or so; "rough"
     /// by passes over the copy alone, four times as fast, with what remains in the result's error. Meshes of several bodies or with
     /// caps, and what `prepare` made fast, are always "exact".
     ///
     /// Raises PinError for pins that are repeated, contradict each other or cannot move, VolumeError, LatticeError, MeshError.
-    #[pyo3(signature = (control, axes=None, frame=None, method=MethodWord(isochor_core::Method::Balanced), weights=None, pins=None, target=None, amount=NumberLike::Default(1.0), accuracy=AccuracyWord(isochor_core::Accuracy::Exact)))]
+    #[pyo3(signature = (control, axes=None, frame=None, method=MethodWord(isochor_core::Method::Balanced), weights=None, pins=None, target=None, amount=NumberLike::Default(1.0), cost=CostWord(isochor_core::Cost::Points), limit=None, accuracy=AccuracyWord(isochor_core::Accuracy::Exact)))]
     #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn preserve(
         &self,
@@ -310,6 +317,8 @@ impl Binding {
         pins: Option<PinsLike>,
         target: Option<TargetLike<'_>>,
         amount: NumberLike<'_>,
+        cost: CostWord,
+        limit: Option<LimitWord>,
         accuracy: AccuracyWord,
     ) -> PyResult<Preserved> {
         let shape = self.shape(py);
@@ -323,6 +332,8 @@ impl Binding {
             pins: pins.map(|pins| pins.0).unwrap_or_default(),
             target: target.map(|target| target.numbers(self.body_count(py))).transpose()?,
             amount: Argument::volume("amount").number(&amount)?,
+            cost: cost.0,
+            limit: limit.map(|limit| limit.0),
             accuracy: accuracy.0,
         };
         let (vertices, ran) = self.with_output(

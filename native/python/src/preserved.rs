@@ -22,16 +22,20 @@ pub(crate) struct Preserved {
     /// Seconds that the GPU's kernels took by its own clock, or None.
     #[pyo3(get)]
     device_seconds: Option<f64>,
-    /// What ran, after any fall-back: "balanced" or "sweep".
+    /// What ran, after any fall-back: "balanced", "sweep", "gradient" or "nearest".
     #[pyo3(get)]
     method: &'static str,
-    /// Rounds over the axes: 1, more where an axis was flat and passed its share on, 0 where nothing was to do.
+    /// Rounds over the axes: 1, more where an axis was flat and passed its share on, 0 where nothing was to do. Of "gradient" steps to
+    /// its root, of "nearest" iterations.
     #[pyo3(get)]
     iterations: u32,
     /// How far the correction moved the control points, pins' part included: sqrt(sum of weight times squared distance), where
     /// the lightest weight counts as 1.
     #[pyo3(get)]
     distance: f64,
+    /// Volume, of all bodies together, that limit="unfolded" left missing from the target: target - volume. 0.0 otherwise.
+    #[pyo3(get)]
+    missing: f64,
 }
 
 impl Preserved {
@@ -51,6 +55,7 @@ impl Preserved {
             vertices: vertices.unbind(),
             targets: outcome.targets.clone(),
             distance: outcome.distance,
+            missing: outcome.missing,
             device: ran.device,
             device_seconds: ran.seconds,
             method: method_name(outcome.method),

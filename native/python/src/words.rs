@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Arguments that are one of a few words.
 
-use isochor_core::{Accuracy, Method, Outside};
+use isochor_core::{Accuracy, Cost, Limit, Method, Outside};
 use pyo3::inspect::{PyStaticConstant, PyStaticExpr};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
@@ -131,6 +131,25 @@ pub(crate) fn method_name(method: Method) -> &'static str {
     }
 }
 
+/// `cost`.
+pub(crate) struct CostWord(pub(crate) Cost);
+
+impl FromPyObject<'_, '_> for CostWord {
+    type Error = PyErr;
+    const INPUT_TYPE: PyStaticExpr = literal!("points", "surface", "bending");
+
+    fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        match word(&object).as_str() {
+            "points" => Ok(Self(Cost::Points)),
+            "surface" => Ok(Self(Cost::Surface)),
+            "bending" => Ok(Self(Cost::Bending)),
+            other => Err(VolumeError::new_err(format!(
+                "cost: found {other:?}, expected \"points\", \"surface\" or \"bending\""
+            ))),
+        }
+    }
+}
+
 /// `accuracy`.
 pub(crate) struct AccuracyWord(pub(crate) Accuracy);
 
@@ -146,6 +165,23 @@ impl FromPyObject<'_, '_> for AccuracyWord {
             other => Err(VolumeError::new_err(format!(
                 "accuracy: found {other:?}, expected \"exact\", \"finished\" or \"rough\""
             ))),
+        }
+    }
+}
+
+/// `limit`.
+pub(crate) struct LimitWord(pub(crate) Limit);
+
+impl FromPyObject<'_, '_> for LimitWord {
+    type Error = PyErr;
+    const INPUT_TYPE: PyStaticExpr = literal!("unfolded");
+
+    fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        match word(&object).as_str() {
+            "unfolded" => Ok(Self(Limit::Unfolded)),
+            other => {
+                Err(VolumeError::new_err(format!("limit: found {other:?}, expected None or \"unfolded\"")))
+            }
         }
     }
 }

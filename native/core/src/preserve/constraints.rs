@@ -147,7 +147,7 @@ impl Solution {
 const COLUMNS: usize = 16;
 
 /// [`dot`] in another order of terms, several times as fast.
-fn quick_dot(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn quick_dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<COLUMNS>(), b.as_chunks::<COLUMNS>());
     let mut sums = [0.0; COLUMNS];
     for (a, b) in a.iter().zip(b) {

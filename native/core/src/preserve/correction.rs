@@ -85,7 +85,7 @@ impl<'a, P: Passes> Correction<'a, P> {
             return Ok(());
         }
         let residuals = self.residuals(axis);
-        let delta = self.plan.displacement(&self.plan.pins.basis, &[], &residuals);
+        let delta = self.plan.pin_step(&residuals);
         self.plan.pins.refuse_wild(&delta, &residuals, self.scale.extent)?;
         self.shift(axis, &delta)
     }

@@ -12,6 +12,7 @@ mod costs;
 mod factor;
 pub(crate) mod frame;
 mod gradient;
+mod limit;
 mod metric;
 mod nearest;
 mod passes;
@@ -21,6 +22,7 @@ mod scale;
 mod search;
 mod surface_cost;
 mod sweep;
+mod together;
 mod wanted;
 
 use glam::DVec3;
@@ -33,6 +35,7 @@ use crate::tensor::OnTensor;
 use correction::Correction;
 pub use costs::Cost;
 pub(crate) use costs::Costs;
+pub use limit::Limit;
 pub(crate) use passes::OnEngine;
 pub use passes::{Coefficients, Passes};
 pub use pins::{PinPoint, Pins};
@@ -89,6 +92,8 @@ pub struct Preserve {
     pub amount: f64,
     /// What is kept small while the volume changes.
     pub cost: Cost,
+    /// What the correction must not do, even if it then misses the volume.
+    pub limit: Option<Limit>,
     /// How exactly a huge mesh is corrected.
     pub accuracy: Accuracy,
 }
@@ -104,6 +109,7 @@ impl Default for Preserve {
             target: None,
             amount: 1.0,
             cost: Cost::Points,
+            limit: None,
             accuracy: Accuracy::Exact,
         }
     }
@@ -126,6 +132,8 @@ pub struct Preserved {
     /// Length of the displacements of the control points by the correction, `sqrt(sum w |delta|^2)`, in the weights' norm with the
     /// lightest weight 1.
     pub distance: f64,
+    /// Volume, of all bodies together, that is missing from the targets because of a limit.
+    pub missing: f64,
 }
 
 impl Preserved {
@@ -163,10 +171,10 @@ impl<T: Scalar> Binding<T> {
             self.deform(&preserved.control, out)?;
             return Ok(preserved);
         }
-        if options.accuracy != Accuracy::Exact {
-            if let Some(preserved) = self.preserve_by_proxy(&plan, options, out)? {
-                return Ok(preserved);
-            }
+        if options.accuracy != Accuracy::Exact
+            && let Some(preserved) = self.preserve_by_proxy(&plan, options, out)?
+        {
+            return Ok(preserved);
         }
         with_engine!(self, engine => {
             let mut passes = OnEngine::new(self, engine, &plan.frame, plan.middle, &plan.displacement);
@@ -198,8 +206,13 @@ impl Plan {
             Method::Gradient => gradient::gradient(&mut correction)?,
             Method::Nearest => nearest::nearest(&mut correction)?,
         };
+        let missing = match &self.unfolded {
+            Some(unfolded) => unfolded.hold(&mut correction, &solved.targets)?,
+            None => 0.0,
+        };
         let control = correction.control;
         Ok(Preserved {
+            missing,
             distance: self.distance(&control),
             control,
             targets: solved.targets,

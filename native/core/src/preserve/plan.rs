@@ -7,6 +7,7 @@ use crate::binding::Binding;
 use crate::error::{Error, Result};
 use crate::preserve::constraints::{Basis, add_scaled, dot};
 use crate::preserve::frame::{Frame, normalised_shares};
+use crate::preserve::limit::{Limit, Unfolded};
 use crate::preserve::metric::Metric;
 use crate::preserve::pins::PinRows;
 use crate::preserve::{Method, Preserve};
@@ -40,6 +41,8 @@ pub struct Plan {
     pub(crate) frame: Frame,
     pub(crate) metric: Metric,
     pub(crate) pins: PinRows,
+    /// What must stay unfolded, where that is wanted.
+    pub(crate) unfolded: Option<Unfolded>,
     /// The bodies as bound; none where pins alone are wanted of a mesh that encloses nothing.
     pub(crate) bound: Vec<Measure>,
     /// Whether caps are part of a body.
@@ -74,7 +77,13 @@ impl<T: Scalar> Binding<T> {
             metric,
             capped: !bound.is_empty() && self.has_caps(),
             bound,
+            unfolded: options.limit.map(|Limit::Unfolded| self.unfolded()),
         })
+    }
+
+    /// What a correction must leave unfolded.
+    fn unfolded(&self) -> Unfolded {
+        Unfolded { lattice: self.lattice().clone(), rest: self.shaped_rest().map(<[DVec3]>::to_vec) }
     }
 
     /// Reciprocal weights: 0 for control points that must not move.
@@ -119,28 +128,37 @@ impl Plan {
         self.frame.move_along(axis, distance, point);
     }
 
-    /// The smallest displacement along one axis by which the pins and some bodies' volumes, whose rows `basis` has taken in, change by
-    /// `values`.
-    pub(crate) fn displacement(&self, basis: &Basis, bodies: &[&[f64]], values: &[f64]) -> Vec<f64> {
-        self.refined(basis.displacement(&self.metric, values), basis, bodies, values)
+    /// The smallest displacement along one axis that moves the pins by `ways`.
+    pub(crate) fn pin_step(&self, ways: &[f64]) -> Vec<f64> {
+        let mut delta = self.pins.basis.displacement(&self.metric, ways);
+        self.refine(&self.pins.basis, &[], ways, &mut delta);
+        delta
     }
 
-    /// The same from a first try at it: what the roots of a cost that couples control points lose of it to rounding is put right by a
-    /// second step.
-    pub(crate) fn refined(
-        &self,
-        mut delta: Vec<f64>,
-        basis: &Basis,
-        bodies: &[&[f64]],
-        values: &[f64],
-    ) -> Vec<f64> {
-        if !self.metric.is_weighted() && !delta.is_empty() {
-            let reached =
-                self.pins.moved(&delta).into_iter().chain(bodies.iter().map(|row| dot(row, &delta)));
-            let lost: Vec<f64> = values.iter().zip(reached).map(|(value, reached)| value - reached).collect();
-            add_scaled(&mut delta, &basis.displacement(&self.metric, &lost), 1.0);
+    /// The control points asked for, brought to where the pins are on their targets, by the smallest displacement.
+    pub(crate) fn pinned(&self) -> Vec<DVec3> {
+        let mut control = self.control.clone();
+        for axis in 0..3 {
+            let delta = self.pin_step(&self.pins.residuals(&self.displacement, &self.frame, axis));
+            control.iter_mut().zip(delta).for_each(|(point, d)| self.frame.move_along(axis, d, point));
         }
-        delta
+        control
+    }
+
+    /// Whether the correction may end before it has reached the volumes wanted.
+    pub fn is_limited(&self) -> bool {
+        self.unfolded.is_some()
+    }
+
+    /// Puts right what the roots of a cost that couples control points lose to rounding, of the smallest displacement along one axis by
+    /// which the pins and some bodies' volumes, whose rows `basis` has taken in, are to change by `values`.
+    pub(crate) fn refine(&self, basis: &Basis, bodies: &[&[f64]], values: &[f64], delta: &mut [f64]) {
+        if self.metric.is_weighted() || delta.is_empty() {
+            return;
+        }
+        let reached = self.pins.moved(delta).into_iter().chain(bodies.iter().map(|row| dot(row, delta)));
+        let lost: Vec<f64> = values.iter().zip(reached).map(|(value, reached)| value - reached).collect();
+        add_scaled(delta, &basis.displacement(&self.metric, &lost), 1.0);
     }
 
     /// Whether the volume of one body without caps is all that is wanted, by shares of the axes: nothing that a closed form without
@@ -150,6 +168,7 @@ impl Plan {
             && self.wanted.len() == 1
             && !self.capped
             && self.metric.is_weighted()
+            && self.unfolded.is_none()
             && matches!(self.method, Method::Sweep | Method::Balanced)
     }
 

@@ -21,6 +21,9 @@ pub(crate) struct Scale {
     pub(crate) rounding: f64,
     /// How much longer than at rest the lattice is, if it is.
     stretch: f64,
+    /// Size of what is measured, as a fraction of the lattice's: all vertices of a small body hang on the same control points by
+    /// almost the same weights, and their pulls, which sum to zero, leave only so much of each other.
+    fraction: f64,
 }
 
 impl Scale {
@@ -31,19 +34,27 @@ impl Scale {
         let (rest_low, rest_high) = crate::lattice::bounds(rest);
         let (extent, at_rest) = ((high - low).max_element(), (rest_high - rest_low).max_element());
         let stretch = if at_rest > 0.0 { (extent / at_rest).max(1.0) } else { 1.0 };
-        Self { extent, rounding: ROUNDINGS * epsilon * largest, stretch }
+        Self { extent, rounding: ROUNDINGS * epsilon * largest, stretch, fraction: 1.0 }
     }
 
     /// The same for a body that is so large at rest: rounding of a small body's sums is as small as the body.
     pub(crate) fn of_body(&self, size: f64) -> Self {
-        Self { extent: self.extent.min(size * self.stretch), ..self.clone() }
+        let extent = self.extent.min(size * self.stretch);
+        let fraction = if self.extent > 0.0 { extent / self.extent } else { 1.0 };
+        Self { extent, fraction, ..self.clone() }
     }
 
+    /// Length of a row of coefficients that is nothing but rounding.
     pub(crate) fn no_area(&self) -> f64 {
-        (FLAT * self.extent + self.rounding) * (self.extent + self.rounding)
+        self.least_area() * self.fraction
     }
 
+    /// A volume that is nothing but rounding.
     pub(crate) fn no_volume(&self) -> f64 {
-        self.no_area() * (self.extent + self.rounding)
+        self.least_area() * (self.extent + self.rounding)
+    }
+
+    fn least_area(&self) -> f64 {
+        (FLAT * self.extent + self.rounding) * (self.extent + self.rounding)
     }
 }

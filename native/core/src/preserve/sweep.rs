@@ -7,9 +7,10 @@
 //! share follow, pins and volumes together.
 
 use crate::error::Error;
-use crate::preserve::constraints::Taken;
+use crate::preserve::constraints::{Basis, Solution, Taken};
 use crate::preserve::correction::Correction;
 use crate::preserve::passes::{Coefficients, Passes};
+use crate::preserve::together::{MANY, shortest};
 use crate::preserve::{Method, Solved};
 use crate::words::{bracketed, number};
 
@@ -218,11 +219,15 @@ pub(crate) fn step<P: Passes>(
     let wild = if changes.len() == 1 { WILD } else { WILD_OF_SEVERAL } * correction.scale.extent;
     let mut basis = plan.pins.basis.clone();
     let residuals = correction.residuals(axis);
-    let mut values = residuals.clone();
     let mut solution = basis.solve(&residuals);
     let mut delta = plan.metric.displacement(&solution.vector);
     plan.pins.refuse_wild(&delta, &residuals, correction.scale.extent)?;
-    let (mut moved, mut taken) = (vec![false; changes.len()], Vec::new());
+    if let Some(delta) = all_together(correction, &basis, &solution, now, changes, wild) {
+        correction.shift(axis, &delta)?;
+        return Ok(vec![true; changes.len()]);
+    }
+    let mut moved = vec![false; changes.len()];
+    let (mut rows, mut values): (Vec<&[f64]>, _) = (Vec::new(), residuals.clone());
     for (body, row) in now.rows.iter().enumerate() {
         let change = changes[body] / plan.determinant;
         match basis.take(plan.metric.whitened(row), correction.scale_of(body).no_area()) {
@@ -233,9 +238,9 @@ pub(crate) fn step<P: Passes>(
                 if longest.iter().any(|d| d.abs() > wild) {
                     basis.drop_last();
                 } else {
-                    values.push(change);
-                    taken.push(row.as_slice());
                     (solution, delta, moved[body]) = (longer, longest, true);
+                    rows.push(row);
+                    values.push(change);
                 }
             }
             // Bodies in one place change alike; that is well if they are to.
@@ -246,11 +251,32 @@ pub(crate) fn step<P: Passes>(
             Taken::Zero => {}
         }
     }
-    let delta = plan.refined(delta, &basis, &taken, &values);
+    plan.refine(&basis, &rows, &values, &mut delta);
     if !delta.is_empty() {
         correction.shift(axis, &delta)?;
     }
     Ok(moved)
+}
+
+/// The displacement for many bodies at once, if there is nothing about any of them that the longer way must tell.
+fn all_together<P: Passes>(
+    correction: &Correction<'_, P>,
+    pins: &Basis,
+    solution: &Solution,
+    now: &Coefficients,
+    changes: &[f64],
+    wild: f64,
+) -> Option<Vec<f64>> {
+    if changes.len() < MANY {
+        return None;
+    }
+    let plan = correction.plan;
+    let row =
+        |(body, row): (usize, &Vec<f64>)| (plan.metric.whitened(row), correction.scale_of(body).no_area());
+    let rows: Vec<(Vec<f64>, f64)> = now.rows.iter().enumerate().map(row).collect();
+    let values: Vec<f64> = changes.iter().map(|change| change / plan.determinant).collect();
+    let delta = plan.metric.displacement(&shortest(pins, solution, &rows, &values)?);
+    delta.iter().all(|d| d.abs() <= wild).then_some(delta)
 }
 
 fn unreachable(course: &Course, body: usize, volume: f64, axes: [f64; 3]) -> Error {
