@@ -66,10 +66,6 @@ fn every_cost_and_method_keeps_volume_pins_and_frozen_points() {
                 (0..lattice.len())
                     .filter(|&p| is_frozen(p))
                     .for_each(|p| assert_eq!(outcome.control[p], control[p]));
-                println!(
-                    "{name} {cost:?} {method:?} {:?} {} {}",
-                    outcome.method, outcome.distance, outcome.iterations
-                );
             }
         }
     }
@@ -90,10 +86,6 @@ fn the_surface_moves_least_where_that_is_the_cost() {
         let [by_surface, by_points, by_bending] = costs.map(|cost| run(cost, Method::Nearest));
         let ways =
             [&by_surface, &by_points, &by_bending].map(|found| moved(&binding, &control, &found.control));
-        println!(
-            "{name} {ways:?} {:?}",
-            [&by_surface, &by_points, &by_bending].map(|f| (f.distance, f.iterations))
-        );
         assert!(ways[0] < ways[1] * 1.0001 && ways[0] < ways[2] * 1.0001, "{name}: {ways:?}");
         assert!(by_points.distance <= by_surface.distance && by_points.distance <= by_bending.distance);
         for method in METHODS {

@@ -66,7 +66,7 @@ fn what_would_fold_stops_before_and_says_what_is_missing() {
 #[test]
 fn what_folds_nothing_is_the_same_with_the_limit() {
     let binding = ball();
-    let control: Vec<DVec3> = binding.rest().iter().map(|p| *p * DVec3::new(1.0, 0.9, 0.6)).collect();
+    let control: Vec<DVec3> = binding.rest().iter().map(|p| *p * DVec3::new(1.0, 0.99, 0.95)).collect();
     for method in METHODS {
         let free = Preserve { method, ..Preserve::default() };
         let held = Preserve { limit: Some(Limit::Unfolded), ..free.clone() };

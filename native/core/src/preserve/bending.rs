@@ -18,7 +18,9 @@ type Products = [[Vec<Vec<f64>>; 3]; 3];
 
 /// The matrix of the energy.
 pub(crate) fn bending(lattice: &Lattice) -> Result<Band> {
-    let mut band = Band::new(lattice)?;
+    // Creases of polygons couple three points in a row, which share no cell.
+    let reach = |axis: &AxisBasis| if axis.degree() == 1 { 2 } else { axis.degree() };
+    let mut band = Band::new(lattice, lattice.axes().each_ref().map(reach))?;
     let products = lattice.axes().each_ref().map(products);
     let terms = terms(lattice.edges());
     let shape = lattice.shape();
@@ -231,7 +233,7 @@ mod tests {
         let along = |p: usize| p / 16;
         let straight: Vec<f64> = (0..64).map(|p| along(p) as f64).collect();
         let creased: Vec<f64> = (0..64).map(|p| along(p).abs_diff(1) as f64).collect();
-        assert!(energy(&lattice, &straight).abs() < 1e-12);
+        assert!(energy(&lattice, &straight).abs() < 1e-10);
         // One step of the slope by 2 / (1/3), spread over 1/3.
         assert!((energy(&lattice, &creased) - 36.0 * 3.0).abs() < 1e-10);
     }

@@ -166,7 +166,7 @@ mod tests {
         let axis = |n, d| AxisBasis::uniform(n, d).unwrap_or_else(|error| unreachable!("{error}"));
         let lattice = Lattice::new([axis(5, 2), axis(3, 1), axis(4, 3)], DVec3::ZERO, DMat3::IDENTITY)
             .unwrap_or_else(|error| unreachable!("{error}"));
-        let mut band = Band::new(&lattice).unwrap_or_else(|error| unreachable!("{error}"));
+        let mut band = Band::new(&lattice, [2, 1, 3]).unwrap_or_else(|error| unreachable!("{error}"));
         let mut dense = vec![vec![0.0; 60]; 60];
         for column in 0..60 {
             let mut rows = Vec::new();
