@@ -11,7 +11,7 @@ from column import make_column
 from gallery_tile import Tile
 from stage import INK, set_stage, tint
 from surface_measures import enclosed_volume, measure, mesh_arrays
-from volume_lattice import add_volume_lattice, find_volume_lattice, set_input
+from volume_lattice import add_volume_lattice, find_volume_lattice, get_input, input_path, menu_items, set_input
 
 WIRE = 0.012
 """Radius of the lattice's lines, in scene units."""
@@ -38,9 +38,29 @@ class Staged:
             set_input(self.modifier, name.replace("_", " "), value)
         bpy.context.view_layer.update()
 
-    def tile(self, caption: str, promised: bool = True) -> Tile:
+    @property
+    def size(self) -> float:
+        """Largest extent of the mesh at rest, in the object's own space."""
+        return float(np.ptp(mesh_arrays(self.object.data)[0], axis=0).max())
+
+    def value(self, name: str) -> Any:
+        """Value of an input of the modifier; of a menu the item's name."""
+        found = get_input(self.modifier, name)
+        return menu_items(self.modifier, name)[found] if isinstance(found, int) and self.menu(name) else found
+
+    def menu(self, name: str) -> list[str]:
+        """Items of an input that is a menu, else none."""
+        return menu_items(self.modifier, name)
+
+    def key(self, name: str, value: float, frame: int) -> None:
+        """Keys an input of the modifier."""
+        set_input(self.modifier, name, value)
+        path = f'modifiers["{self.modifier.name}"].{input_path(self.modifier, name)}'
+        self.object.keyframe_insert(path, frame=frame)
+
+    def tile(self, caption: str, promised: bool = True, note: str = "") -> Tile:
         """The stage as it stands now, the volume at rest promised or nothing."""
-        return Tile(caption, self.object.name, self.whole, self.whole if promised else None)
+        return Tile(caption, self.object.name, self.whole, self.whole if promised else None, note)
 
 
 def standing_column() -> bpy.types.Object:

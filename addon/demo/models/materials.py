@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the models are painted with: colours that meet where a value of the model is 0 (bpy)."""
+
+import bpy
+from stage import CORAL, CREAM, Shader
+
+LACQUER, SUNKEN_LACQUER, GOLD = (0.62, 0.045, 0.03), (0.3, 0.014, 0.014), (0.83, 0.5, 0.13)
+GLAZE, CLAY, LINING = (0.04, 0.3, 0.36), (0.62, 0.34, 0.2), (0.86, 0.8, 0.68)
+STEEL, HANDLE, BAND = (0.2, 0.22, 0.25), (0.86, 0.3, 0.03), (0.03, 0.035, 0.05)
+
+
+def casket_material() -> bpy.types.Material:
+    """Red lacquer with gilt carving."""
+    shader = Shader("Casket")
+    lacquer = shader.mix(shader.below(shader.attribute("sunken"), 0.0, softness=0.01), LACQUER, SUNKEN_LACQUER)
+    gilt = shader.below(shader.attribute("gold"), -0.002, softness=0.006)
+    return shader.finish(shader.mix(gilt, lacquer, GOLD), roughness=0.34, coat=0.3)
+
+
+def cup_material() -> bpy.types.Material:
+    """Clay, dipped in glaze, light inside."""
+    shader = Shader("Cup")
+    outside = shader.mix(shader.below(shader.attribute("glaze"), 0.0, softness=0.006), CLAY, GLAZE)
+    lined = shader.below(shader.attribute("lining"), 0.0, softness=0.006)
+    return shader.finish(shader.mix(lined, outside, LINING), roughness=0.22, coat=0.5)
+
+
+def screwdriver_material() -> bpy.types.Material:
+    """Steel and a bright handle with a dark band."""
+    shader = Shader("Screwdriver")
+    handle = shader.mix(shader.below(shader.attribute("band"), 0.0), HANDLE, BAND)
+    held = shader.below(shader.attribute("handle"), 0.0)
+    return shader.finish(shader.mix(held, STEEL, handle), roughness=0.3, coat=0.2)
+
+
+def cube_material() -> bpy.types.Material:
+    """A chequer."""
+    shader = Shader("Cube")
+    return shader.finish(shader.mix(shader.below(shader.attribute("field"), 0.0, 0.02), CREAM, CORAL), 0.4, 0.15)
+
+
