@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 
 
 def ring_triangles(count: int, sides: int) -> NDArray[np.int32]:
-    """(F, 3) vertex indices, wound outwards, of ``count`` points: rings of ``sides`` points from the bottom up, then the
-    bottom's and the top's middle."""
+    """(F, 3) vertex indices, wound outwards, of ``count`` points: rings of ``sides`` points from the bottom up, then
+    the bottom's and the top's middle."""
     rings = (count - 2) // sides
     here = np.arange(rings * sides, dtype=np.int32).reshape(rings, sides)
     beside = np.roll(here, -1, axis=1)

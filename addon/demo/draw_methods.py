@@ -8,7 +8,7 @@ from figure_table import METHODS, MethodRow
 from film_strip import DARK, GAP, PAPER, TEAL
 from PIL import Image, ImageDraw, ImageFont
 
-HEAD = ("figure", "corrected", "points", "lattice alone", "largest error", *(f"|δ| {name}" for name in METHODS))
+HEAD = ("figure", "corrected", "points", "lattice alone", "largest error", *(f"δ {name}" for name in METHODS))
 WIDTHS = (90, 220, 90, 130, 130, *(150,) * len(METHODS))
 LINE = 30
 STRIPE = (240, 238, 231)

@@ -17,6 +17,9 @@ Array = NDArray[np.float64]
 Measures = Callable[[Array, Array], dict[str, float]]
 """Further numbers of a frame, by name, from the vertices (V, 3) of a variant and of the lattice alone."""
 
+Note = Callable[[dict[str, float]], str]
+"""Words about the measures."""
+
 HORIZONTAL, VERTICAL, GENERAL = (1.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 1.0, 1.0)
 
 
@@ -31,6 +34,11 @@ class Variant:
     def promised(self) -> bool:
         """Whether the volume must be that at rest."""
         return self.inputs["Preserve"] > 0.0
+
+
+def extents(positions: Array, plain: Array) -> dict[str, float]:
+    """Width along x, depth along y and height, in scene units."""
+    return dict(zip(("width", "depth", "height"), np.ptp(positions, axis=0).tolist()))
 
 
 def alone(**inputs: Any) -> Variant:
@@ -100,8 +108,10 @@ class Figure:
             numbers = {"moved in z": float(np.abs(found - plain)[:, 2].max()), **self.measures(found, plain)}
             yield FigureRow(variant.name, frame, *volumes, self.staged.whole, variant.promised, numbers)
 
-    def tile(self, variant: Variant, frame: int, caption: str, note: str = "") -> Tile:
-        """The picture of that state, the ground as low as the model where that goes down."""
+    def tile(self, variant: Variant, frame: int, caption: str, note: Note | None = None) -> Tile:
+        """The picture of that state, the ground as low as the model where that goes down. ``note`` is given the
+        measures and says something of them."""
         positions = self.show(variant, frame)
+        words = note(self.measures(positions, positions)) if note else ""
         bpy.data.objects["Ground"].location.z = min(0.0, float(positions[:, 2].min()))
-        return self.staged.tile(caption, promised=variant.promised, note=note)
+        return self.staged.tile(caption, promised=variant.promised, note=words)

@@ -17,7 +17,9 @@ PRECISION = 1e-6
 ATTEMPTS = 40
 
 
-def key_shape(staged: Staged, shape: Shape, share: float, between: tuple[float, float], frames: tuple[int, int]) -> float:
+def key_shape(
+    staged: Staged, shape: Shape, share: float, between: tuple[float, float], frames: tuple[int, int]
+) -> float:
     """Keys the lattice from rest to ``shape`` over the frames. The number that the shape takes is searched for
     ``between`` two, such that the lattice alone leaves ``share`` of the volume; returns it."""
     lattice = staged.lattice
@@ -46,6 +48,11 @@ def key_shape(staged: Staged, shape: Shape, share: float, between: tuple[float, 
 def _volume(staged: Staged) -> float:
     seen = staged.object.evaluated_get(bpy.context.evaluated_depsgraph_get())
     return enclosed_volume(*mesh_arrays(seen.data))
+
+
+def turned(x: Array, y: Array, angle: Array) -> tuple[Array, Array]:
+    """Points about the z axis, each by its own angle."""
+    return x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)
 
 
 def root(miss: Callable[[float], float], low: float, high: float) -> float:

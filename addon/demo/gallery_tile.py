@@ -5,7 +5,6 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-
 COLUMNS = 4
 """Pictures side by side, where a page does not say."""
 

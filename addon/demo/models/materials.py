@@ -6,6 +6,8 @@ from stage import CORAL, CREAM, Shader
 
 LACQUER, SUNKEN_LACQUER, GOLD = (0.62, 0.045, 0.03), (0.3, 0.014, 0.014), (0.83, 0.5, 0.13)
 GLAZE, CLAY, LINING = (0.04, 0.3, 0.36), (0.62, 0.34, 0.2), (0.86, 0.8, 0.68)
+SKIN, PALE, PINK = (0.2, 0.36, 0.13), (0.42, 0.5, 0.22), (0.62, 0.24, 0.2)
+PUPIL, EYE = (0.02, 0.02, 0.025), (0.85, 0.84, 0.8)
 STEEL, HANDLE, BAND = (0.2, 0.22, 0.25), (0.86, 0.3, 0.03), (0.03, 0.035, 0.05)
 
 
@@ -39,3 +41,10 @@ def cube_material() -> bpy.types.Material:
     return shader.finish(shader.mix(shader.below(shader.attribute("field"), 0.0, 0.02), CREAM, CORAL), 0.4, 0.15)
 
 
+def goblin_material() -> bpy.types.Material:
+    """Green skin, pink inside the ears, bright eyes."""
+    shader = Shader("Goblin")
+    skin = shader.mix(shader.below(shader.attribute("muzzle"), 0.0, softness=0.05), SKIN, PALE)
+    for name, colour in (("inner_ear", PINK), ("nose", PINK), ("eye", EYE), ("pupil", PUPIL)):
+        skin = shader.mix(shader.below(shader.attribute(name), 0.0, softness=0.008), skin, colour)
+    return shader.finish(skin, roughness=0.35, coat=0.2)

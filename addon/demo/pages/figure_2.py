@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import bpy
 import numpy as np
 from figure import GENERAL, Array, Figure, alone, corrected
-from figure_lattice import key_shape
+from figure_lattice import key_shape, turned
 from figure_stage import View
 from gallery_scene import Staged, draw_lattice
 from gallery_tile import Tile
@@ -37,16 +37,8 @@ def sculpted(points: Array, squeeze: float) -> Array:
     x, y, z = points[:, 0] - AXIS, points[:, 1], points[:, 2]
     up = (z + 1.0) / 2.0
     width = 1.0 - squeeze * np.sin(np.pi * up) ** 0.8 + 0.1 * up**4
-    turn = -0.55 * up
-    moved = np.stack(
-        [
-            width * (x * np.cos(turn) - y * np.sin(turn)) + AXIS + 0.1 * up**2,
-            width * (x * np.sin(turn) + y * np.cos(turn)),
-            z + 0.1 * up**2 * x,
-        ],
-        axis=1,
-    )
-    return moved
+    across, back = turned(width * x, width * y, -0.55 * up)
+    return np.stack([across + AXIS + 0.1 * up**2, back, z + 0.1 * up**2 * x], axis=1)
 
 
 def pictures(figure: Figure) -> Iterator[Tile]:

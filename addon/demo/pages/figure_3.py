@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import bpy
 import numpy as np
-from figure import HORIZONTAL, Array, Figure, alone, corrected
+from figure import HORIZONTAL, Array, Figure, alone, corrected, extents
 from figure_lattice import key_shape
 from figure_stage import View
 from gallery_scene import Staged
@@ -21,7 +21,7 @@ LAST = 13
 SHARE = 3.0
 ACROSS = (0.0, 1.0, 0.0)
 """Only along the direction that was flattened, which is horizontal too."""
-VIEW = View(turn=-52.0, rise=13.0, height=1.35, distance=13.5, size=(392, 400))
+VIEW = View(turn=52.0, rise=13.0, height=1.35, distance=13.5, size=(392, 400))
 
 
 def build(scene: bpy.types.Scene) -> Figure:
@@ -30,7 +30,8 @@ def build(scene: bpy.types.Scene) -> Figure:
     staged = Staged(scene, casket, (5, 4, 5), basis="BERNSTEIN", margin=0.0)
     key_shape(staged, flattened, SHARE, (1.0, 4.0), (1, LAST))
     scene.frame_end = LAST
-    return Figure(NAME, staged, (alone(), corrected("horizontal", HORIZONTAL), corrected("front to back", ACROSS)), LAST, flatness)
+    variants = (alone(), corrected("horizontal", HORIZONTAL), corrected("front to back", ACROSS))
+    return Figure(NAME, staged, variants, LAST, extents)
 
 
 def flattened(points: Array, tall: float) -> Array:
@@ -40,15 +41,14 @@ def flattened(points: Array, tall: float) -> Array:
     return np.stack([wide, y * (0.56 + 0.08 * (x * z) ** 2), up], axis=1)
 
 
-def flatness(positions: Array, plain: Array) -> dict[str, float]:
-    """Thickness from front to back, and height, in scene units."""
-    return {"thickness": float(np.ptp(positions[:, 1])), "height": float(np.ptp(positions[:, 2]))}
-
-
 def pictures(figure: Figure) -> Iterator[Tile]:
     """At rest, the lattice alone, corrected."""
     plain = figure.variants[0]
     states = ((plain, 1, "at rest"), *((variant, LAST, variant.name) for variant in figure.variants))
     for variant, frame, caption in states:
-        found = flatness(figure.show(variant, frame), np.empty((0, 3)))
-        yield figure.tile(variant, frame, caption, f"thickness {found['thickness']:.2f}")
+        yield figure.tile(variant, frame, caption, size_words)
+
+
+def size_words(found: dict[str, float]) -> str:
+    """How thick and high the slab is."""
+    return f"{found['depth']:.2f} thick, {found['height']:.2f} high"

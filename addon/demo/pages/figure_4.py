@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import bpy
 import numpy as np
-from figure import HORIZONTAL, VERTICAL, Array, Figure, alone, corrected
+from figure import HORIZONTAL, VERTICAL, Array, Figure, alone, corrected, extents
 from figure_lattice import key_shape
 from figure_stage import View
 from gallery_scene import Staged
@@ -19,7 +19,7 @@ COLUMNS = 4
 LAST = 13
 SHARE = 0.5
 """Of the volume that the lattice alone leaves: the paper's text says 40 %, its caption 60 %."""
-VIEW = View(turn=-35.0, rise=14.0, height=0.85, distance=9.6, size=(392, 360))
+VIEW = View(turn=35.0, rise=14.0, height=0.85, distance=9.6, size=(392, 360))
 
 
 def build(scene: bpy.types.Scene) -> Figure:
@@ -39,13 +39,13 @@ def squared(points: Array, width: float) -> Array:
     return np.stack([0.7 * width * hollow * x, width * hollow * y, z], axis=1)
 
 
-def extents(positions: Array, plain: Array) -> dict[str, float]:
-    """Width and height in scene units."""
-    return {"width": float(np.ptp(positions[:, 0])), "height": float(np.ptp(positions[:, 2]))}
-
-
 def pictures(figure: Figure) -> Iterator[Tile]:
     """At rest, the lattice alone, and both corrections."""
-    yield figure.tile(figure.variants[0], 1, "at rest")
+    yield figure.tile(figure.variants[0], 1, "at rest", size_words)
     for variant in figure.variants:
-        yield figure.tile(variant, LAST, variant.name)
+        yield figure.tile(variant, LAST, variant.name, size_words)
+
+
+def size_words(found: dict[str, float]) -> str:
+    """How wide and high the block is."""
+    return f"{found['width']:.2f} wide, {found['height']:.2f} high"

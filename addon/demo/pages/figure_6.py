@@ -46,8 +46,8 @@ def build(scene: bpy.types.Scene) -> Figure:
 def twist_for(loss: float) -> float:
     """Angle by which four Bernstein layers must be twisted to lose the share ``loss``.
 
-    A layer at t is scaled by ((1 - t) + t e^(i angle / 3))³, its area by (1 - 2 c t (1 - t))³ with c = 1 - cos(angle / 3),
-    and the mean of that over t is 1 - c + 2 c² / 5 - 2 c³ / 35.
+    A layer at t is scaled by ((1 - t) + t e^(i angle / 3))³, its area by (1 - 2 c t (1 - t))³ with
+    c = 1 - cos(angle / 3), and the mean of that over t is 1 - c + 2 c² / 5 - 2 c³ / 35.
     """
     found = root(lambda c: c - 0.4 * c**2 + 2.0 * c**3 / 35.0 - loss, 0.0, 2.0)
     return 3.0 * acos(1.0 - found)
@@ -57,11 +57,10 @@ def pictures(figure: Figure) -> Iterator[Tile]:
     """A row a variant."""
     for variant in figure.variants:
         for frame in FRAMES:
-            rows = {row.variant: row for row in figure.rows((frame,))} if frame == LAST else {}
-            note = flat_words(rows[variant.name].measures["top off flat"]) if rows else ""
-            yield figure.tile(variant, frame, f"frame {frame}, {variant.name}", note)
+            yield figure.tile(variant, frame, f"frame {frame}, {variant.name}", flat_words)
 
 
-def flat_words(height: float) -> str:
-    """What is said of the top, whose highest and lowest vertex differ by ``height``."""
+def flat_words(found: dict[str, float]) -> str:
+    """What is said of the top."""
+    height = found["top off flat"]
     return f"top {height:.2f} off flat" if height else "top exactly flat"
