@@ -16,8 +16,8 @@ EVENING_ROUNDS = 6
 """Rounds of moving each vertex among its neighbours and back onto the surface: triangles are even then."""
 
 STRIDE, NEAR = 3, 10.0
-"""Only every third point of the grid is looked at first. One that stands for another is at most two steps off along each
-axis, 3.5 steps in all: where the field is no steeper than 2.8, a value of ten steps has its sign all that way."""
+"""Only every third point of the grid is looked at first. One that stands for another is at most two steps off along
+each axis, 3.5 steps in all: where the field is no steeper than 2.8, a value of ten steps has its sign all that way."""
 
 
 def surface(field: Field, low: tuple[float, ...], high: tuple[float, ...], spacing: float) -> tuple[Array, Triangles]:
