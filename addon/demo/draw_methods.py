@@ -8,22 +8,22 @@ from figure_table import METHODS, MethodRow
 from film_strip import DARK, GAP, PAPER, TEAL
 from PIL import Image, ImageDraw, ImageFont
 
-HEAD = ("figure", "corrected", "points", "lattice alone", "largest error", *(f"δ {name}" for name in METHODS))
+HEAD = ("figure", "corrected", "points", "lattice alone", "largest error", *METHODS)
 WIDTHS = (90, 220, 90, 130, 130, *(150,) * len(METHODS))
 LINE = 30
 STRIPE = (240, 238, 231)
 
 
 def table_lines(rows: list[MethodRow]) -> list[tuple[str, ...]]:
-    """A line a figure and variant, the methods side by side: the correction's length in % of the model's size, and the
-    milliseconds of a frame."""
+    """A line a figure and variant, the methods side by side: the correction's length in sizes of the model, and the
+    milliseconds of a frame. In plain letters: the font of the picture has no others."""
     lines = []
     for (figure, variant), methods in groupby(rows, key=lambda row: (row.figure, row.variant)):
         found = {row.method: row for row in methods}
         first = next(iter(found.values()))
         worst = max(row.error for row in found.values())
         numbers = (method_words(found.get(name)) for name in METHODS)
-        change = f"{100.0 * first.change:+.1f} %".replace("-", "\N{MINUS SIGN}")
+        change = f"{100.0 * first.change:+.1f} %"
         title = figure.removeprefix("figure-")
         lines.append((title, variant, f"{first.vertices:,}", change, f"{worst:.0e}", *numbers))
     return lines
@@ -32,7 +32,7 @@ def table_lines(rows: list[MethodRow]) -> list[tuple[str, ...]]:
 def method_words(row: MethodRow | None) -> str:
     """Length and time; a star where another method had to stand in."""
     if row is None:
-        return "\N{EN DASH}"
+        return "-"
     star = "" if row.ran == row.method else "*"
     return f"{row.distance:.2f}{star} · {row.milliseconds:.1f} ms"
 

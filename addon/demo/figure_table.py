@@ -2,13 +2,11 @@
 """The figures in numbers: a table of every frame of one, and one table that compares the methods over all."""
 
 import csv
-import importlib
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from blender_session import EXTENSION
 
 if TYPE_CHECKING:
     from figure import Figure, FigureRow, Variant
@@ -67,7 +65,7 @@ def _method_row(figure: "Figure", variant: "Variant", method: str) -> MethodRow:
         bpy.ops.isochor.clear_memory()
         figure.show(figure.variants[0], figure.last)
         figure.show(variant, figure.last)
-        report = _report(figure)
+        report = staged.report
         times.append(report.milliseconds)
     staged.put(Method=before)
     numbers = (row.error, _distance(report) / staged.size, min(times))
@@ -75,12 +73,6 @@ def _method_row(figure: "Figure", variant: "Variant", method: str) -> MethodRow:
     return MethodRow(
         figure.name, variant.name, count, row.plain_change, method, report.result.method.capitalize(), *numbers
     )
-
-
-def _report(figure: "Figure") -> Any:
-    """What the extension's sidebar would show."""
-    state = importlib.import_module(f"{EXTENSION}.tool.state")
-    return state.recall(figure.staged.object, figure.staged.modifier).report
 
 
 def _distance(report: Any) -> float:

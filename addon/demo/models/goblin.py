@@ -10,7 +10,6 @@ from .model import Array, Model
 SPACING = 0.0225
 EAR = [(0.38, 0.1, 1.3), (0.66, 0.14, 1.56), (0.92, 0.12, 1.86), (1.12, 0.06, 2.2)]
 """The middle of the ear from the head to its tip, on the side of +x."""
-EAR_TIP = EAR[-1]
 EAR_RADII, HOLLOW_RADII = [0.15, 0.25, 0.18, 0.065], [0.05, 0.155, 0.085, 0.0]
 PIECES = 14
 """Places along an ear."""
@@ -30,7 +29,7 @@ def make_goblin() -> Model:
     """Stands on z = 0 with its neck, looks along -y. Values: eye, pupil, nose, inner ear, muzzle."""
     points, triangles = surface(_distance, (-1.3, -1.1, -0.1), (1.3, 0.8, 2.4), SPACING)
     mirrored = _mirrored(points)
-    seen = chain(mirrored[:, [0, 2]], [(x, z) for x, _, z in arc(EAR, PIECES)][2:], list(_spread(HOLLOW_RADII))[2:])
+    seen = chain(mirrored[:, [0, 2]], [(x, z) for x, _, z in arc(EAR, PIECES)][4:], list(_spread(HOLLOW_RADII))[4:])
     values = {
         "eye": _from(mirrored, EYE) - EYE_RADIUS - 0.006,
         "pupil": _from(mirrored, PUPIL) - 0.06,
@@ -40,6 +39,12 @@ def make_goblin() -> Model:
     }
     points[:, 2] -= points[:, 2].min()
     return Model(points, triangles, values)
+
+
+def off_ear(points: Array) -> Array:
+    """Distance of points of the model from the middle of the ear on the side of +x."""
+    places = [(x, y, z - NECK_BOTTOM) for x, y, z in arc(EAR, PIECES)]
+    return chain(points, places, [0.0] * PIECES)
 
 
 def _distance(points: Array) -> Array:

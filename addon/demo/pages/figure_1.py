@@ -18,7 +18,7 @@ COLUMNS = 4
 LOSSES = {25: 0.28, 30: 0.51, 35: 0.64}
 """Frame to share of the volume that the lattice alone loses, as in the paper."""
 LANDS, LAST, APEX = 20, 35, 0.75
-VIEW = View(turn=32.0, rise=14.0, height=0.86, distance=10.6, size=(392, 316))
+VIEW = View(turn=32.0, rise=14.0, height=1.0, distance=10.6, size=(392, 316))
 
 
 def build(scene: bpy.types.Scene) -> Figure:
