@@ -71,6 +71,12 @@ def squash(place: Point) -> Point:
     return x + 0.12 * z, y, 0.5 * z - 0.08 * x
 
 
+def push_through(place: Point) -> Point:
+    """The top of one side pulled down through the bottom."""
+    x, y, z = place
+    return (x, y, -1.2) if z > 0.4 and x > 0.1 else place
+
+
 def twist_and_lean(place: Point) -> Point:
     """A third of a turn from foot to top, with a bow to one side."""
     x, y, z = place

@@ -113,6 +113,17 @@ def deformed_space(out: Path) -> window.Steps:
     yield from window.picture(out / "deformed-space-and-lattice.png", window.area("VIEW_3D"))
 
 
+def folded(out: Path) -> window.Steps:
+    """A ball whose lattice folds over itself: the overlay marks where."""
+    scenes.clear()
+    lattice = scenes.lattice_of(scenes.ball())
+    scenes.shape(lattice, scenes.push_through)
+    lattice.hide_set(True)
+    look_from(6.5, 0.0, (66.0, 32.0))
+    overlay(show=True, show_folds=True, show_points=False)
+    yield from window.picture(out / "folds.png", window.area("VIEW_3D"))
+
+
 def animated(out: Path) -> window.Steps:
     """A column twisted and bent by numbers, and the panel that they stand in."""
     scenes.clear()
@@ -175,7 +186,7 @@ def everything(out: Path) -> window.Steps:
     """All pictures, one after the other."""
     yield from set_up_window()
     shading()
-    for part in (just_added, squashed, deformed_space, animated, volume_curve, menu, popover):
+    for part in (just_added, squashed, deformed_space, folded, animated, volume_curve, menu, popover):
         yield from part(out)
     complaints = sys.modules[f"{EXTENSION}.tool.overlay"].complaints()
     if complaints:

@@ -28,6 +28,14 @@ EDITED = (
     " again with Set Rest, or set Reference to Incoming."
 )
 INSIDE_OUT = "The mesh is inside out: its volume counts as negative, and is kept all the same."
+FOLDED = (
+    "The lattice folds over itself: Folds in the panel Overlay shows where. Move its points apart there, or squash,"
+    " twist and bend it less."
+)
+PERHAPS_FOLDED = (
+    "Whether the lattice folds over itself cannot be told: somewhere it is pressed flat, or all but. Folds in the panel"
+    " Overlay shows where."
+)
 NO_POINTS = "There are no vertices to fit a lattice to: select a mesh that has some"
 NO_PLACE = "Some vertices have no place (NaN or infinity): correct or delete them first"
 

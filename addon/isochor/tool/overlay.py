@@ -10,11 +10,15 @@ import gpu
 from bpy.app.handlers import persistent
 
 from . import overlay_batches, overlay_geometry, overlay_legend, overlay_settings
-from .overlay_geometry import Shown
+from .overlay_geometry import Fold, Shown
 
 log = logging.getLogger(__name__)
 _complaints: set[str] = set()
 _handles: list[Any] = []
+
+FOLD_SIZE = 6.0
+"""Diameter, in pixels at interface scale 1, of the points that mark a fold: sixteen of them on a side of the lattice
+are then a cloud through which the mesh can still be seen."""
 
 
 def draw_view() -> None:
@@ -55,7 +59,12 @@ def in_view(context: bpy.types.Context, settings: overlay_settings.IsochorOverla
         return obj.visible_get(view_layer=view_layer, viewport=space)
 
     pairs = overlay_geometry.modifiers_in_view(view_layer, visible, settings.only_selected)
-    return overlay_geometry.shown(pairs, view_layer.depsgraph, settings.wanted())
+    fold = Fold.LEAVE
+    if settings.show_folds:
+        # Each frame of an animation has another shape: to look for folds in all of them would slow it down.
+        is_playing = context.screen is not None and context.screen.is_animation_playing
+        fold = Fold.RECALL if is_playing else Fold.COMPUTE
+    return overlay_geometry.shown(pairs, view_layer.depsgraph, settings.wanted(), fold)
 
 
 def full_colour(settings: overlay_settings.IsochorOverlay, found: list[Shown]) -> float:
@@ -76,6 +85,14 @@ def _draw_view(context: bpy.types.Context, settings: overlay_settings.IsochorOve
             with gpu.matrix.push_pop():
                 gpu.matrix.multiply_matrix(one.to_world)
                 _draw_one(settings, overlay_batches.batches_of(one, scale), context.preferences.system.ui_scale)
+        # Folds lie inside the mesh, which would hide them; and over what else is drawn.
+        gpu.state.depth_test_set("NONE")
+        for one in found:
+            folded = overlay_batches.folds_of(one)
+            if folded is not None:
+                with gpu.matrix.push_pop():
+                    gpu.matrix.multiply_matrix(one.to_world)
+                    _draw_points(folded, FOLD_SIZE * context.preferences.system.ui_scale)
     finally:
         gpu.state.depth_test_set(before[0])
         gpu.state.depth_mask_set(before[1])
@@ -93,10 +110,15 @@ def _draw_one(settings: overlay_settings.IsochorOverlay, batches: dict[str, gpu.
         _draw_lines(batches["lattice"], settings.line_width * scale, settings.lattice_colour)
     if settings.show_points:
         _draw_lines(batches["paths"], settings.line_width * scale, None)
-        shader = overlay_batches.shader("POINT_FLAT_COLOR")
-        shader.bind()
-        shader.uniform_float("size", settings.point_size * scale)
-        batches["points"].draw(shader)
+        _draw_points(batches["points"], settings.point_size * scale)
+
+
+def _draw_points(batch: gpu.types.GPUBatch, size: float) -> None:
+    """In the colours that they have."""
+    shader = overlay_batches.shader("POINT_FLAT_COLOR")
+    shader.bind()
+    shader.uniform_float("size", size)
+    batch.draw(shader)
 
 
 def _draw_lines(batch: gpu.types.GPUBatch, width: float, colour: Sequence[float] | None) -> None:

@@ -8,9 +8,15 @@ import gpu
 import numpy as np
 from numpy.typing import NDArray
 
+import isochor
+
 from ..core.isolines import Drawing, colours, lengths
 from .overlay_geometry import Key, Shown
 
+FOLDED, UNDECIDED = (1.0, 0.1, 0.25, 0.9), (1.0, 0.6, 0.1, 0.9)
+"""Colours of places where the lattice folds over, and of those where that cannot be told."""
+
+_folds: dict[Key, tuple[isochor.Folds, gpu.types.GPUBatch | None]] = {}
 _batches: dict[Key, tuple[Drawing, float, dict[str, gpu.types.GPUBatch]]] = {}
 
 
@@ -43,10 +49,29 @@ def batches_of(one: Shown, scale: float) -> dict[str, gpu.types.GPUBatch]:
     return sent
 
 
+def folds_of(one: Shown) -> gpu.types.GPUBatch | None:
+    """Points where the lattice folds over, or may; None where there are none. Sent anew only for another shape."""
+    if one.folds is None:
+        return None
+    before = _folds.get(one.key)
+    if before is None or before[0] is not one.folds:
+        places, tints = marks(one.folds)
+        sent = batch("POINTS", {"pos": places, "color": tints}) if len(places) else None
+        before = _folds[one.key] = (one.folds, sent)
+    return before[1]
+
+
+def marks(folds: isochor.Folds) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """(K, 3) places to mark, and their (K, 4) colours."""
+    tints = np.repeat(np.array([FOLDED, UNDECIDED], np.float32), (len(folds.points), len(folds.undecided)), axis=0)
+    return np.concatenate([folds.points, folds.undecided]).astype(np.float32), tints
+
+
 def forget_all_but(keys: set[Key]) -> None:
     """Lets go of what is no longer in the file."""
-    for key in _batches.keys() - keys:
-        del _batches[key]
+    for kept in (_batches, _folds):
+        for key in kept.keys() - keys:
+            del kept[key]
 
 
 def _send(one: Shown, scale: float) -> dict[str, gpu.types.GPUBatch]:

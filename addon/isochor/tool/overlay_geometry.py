@@ -3,10 +3,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 import bpy
 import numpy as np
+
+import isochor
 
 from ..core.grid import build_lattice
 from ..core.isolines import Drawing, Wanted, drawing, lengths
@@ -17,15 +20,25 @@ Key = tuple[int, int]
 """Session identifier of the object, identifier of the modifier in it."""
 
 
+class Fold(Enum):
+    """What to do about folds: leave them alone, tell those that are known, or look for them."""
+
+    LEAVE = 0
+    RECALL = 1
+    COMPUTE = 2
+
+
 @dataclass(frozen=True)
 class Shown:
     """One modifier in one view: its drawing (the very same object until its report changes), the 4x4 matrix of its
-    object to world as evaluated, and the largest displacement of a control point in world units."""
+    object to world as evaluated, the largest displacement of a control point in world units, and where it folds over,
+    if that was asked for (the very same object until the lattice's shape changes)."""
 
     key: Key
     drawing: Drawing
     to_world: Any
     largest: float
+    folds: isochor.Folds | None = None
 
 
 @dataclass(frozen=True)
@@ -61,6 +74,7 @@ def shown(
     pairs: list[tuple[bpy.types.Object, bpy.types.NodesModifier]],
     depsgraph: bpy.types.Depsgraph,
     wanted: Wanted | None,
+    fold: Fold = Fold.LEAVE,
 ) -> list[Shown]:
     """What there is to draw of these modifiers; nothing of those that were not computed."""
     found = []
@@ -68,10 +82,11 @@ def shown(
         memory = state.recall(obj, modifier)
         key = obj.session_uid, modifier.persistent_uid
         made = None if memory is None else drawing_of(key, memory.report, wanted)
-        if made is not None:
+        if memory is not None and made is not None:
             to_world = obj.evaluated_get(depsgraph).matrix_world.copy()
             moved = lengths(made.moved, np.array(to_world, np.float64))
-            found.append(Shown(key, made, to_world, float(moved.max(initial=0.0))))
+            folds = None if fold is Fold.LEAVE else memory.folding.of(memory.report, fold is Fold.COMPUTE)
+            found.append(Shown(key, made, to_world, float(moved.max(initial=0.0)), folds))
     return found
 
 

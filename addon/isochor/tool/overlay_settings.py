@@ -37,6 +37,12 @@ class IsochorOverlay(bpy.types.PropertyGroup):
         description="Lines of the space inside the lattice, straight and evenly spaced before it was deformed",
         default=False,
     )
+    show_folds: bpy.props.BoolProperty(
+        name="Folds",
+        description="Mark where the lattice folds over itself (red), and where that cannot be told (orange), in front"
+        " of everything; not while the animation plays",
+        default=False,
+    )
     show_legend: bpy.props.BoolProperty(
         name="Legend", description="Say in the view what the colours of the control points mean", default=True
     )

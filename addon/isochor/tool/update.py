@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import grid, problem, shaping
+from ..core.folding import Folding
 from ..core.report import Report
 from ..core.settings import Settings
 from ..core.solver import Outcome, Request, Solver, Vertices
@@ -40,6 +41,7 @@ class Memory:
     anchor: NDArray[np.float64] | None = None
     report: Report = field(default_factory=Report)
     cuts: Cuts = field(default_factory=Cuts)
+    folding: Folding = field(default_factory=Folding)
 
     @property
     def transform_before(self) -> NDArray[np.float64] | None:

@@ -32,6 +32,7 @@ class VIEW3D_PT_isochor_overlay(bpy.types.Panel):
         column.prop(settings, "show_lattice")
         column.prop(settings, "show_points")
         column.prop(settings, "show_isolines")
+        column.prop(settings, "show_folds")
         _draw_isolines(layout, settings)
         _draw_look(layout, settings)
 
@@ -79,6 +80,7 @@ class VIEW3D_PT_isochor_overlay_popover(bpy.types.Panel):
         left.prop(settings, "show_lattice")
         left.prop(settings, "show_points")
         right.prop(settings, "show_isolines")
+        right.prop(settings, "show_folds")
         right.prop(settings, "in_front")
 
 

@@ -5,8 +5,11 @@ import textwrap
 
 import bpy
 
+import isochor
+
 from ..core import problem
 from ..core.report import Report
+from ..core.words import Sentence
 from ..tool import baked, sockets, stack, state, words
 from ..tool.lattices import users_of
 from .adding import ISOCHOR_OT_add
@@ -86,8 +89,12 @@ def draw_modifier(
     drawn = "" if is_playing() else memory.cuts.note(memory.report, memory.faces)
     if drawn:
         draw_text(layout, drawn, "INFO", width)
+    folds = memory.folding.of(memory.report, compute=not is_playing())
+    folded = fold_note(folds)
+    if folded:
+        draw_text(layout, folded, "INFO", width)
     grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
-    for name, value in rows(memory.report):
+    for name, value in [*rows(memory.report), *fold_rows(memory.report, folds)]:
         grid.label(text=name, translate=False)
         grid.label(text=value, translate=False)
 
@@ -131,6 +138,28 @@ def rows(report: Report) -> list[tuple[str, str]]:
         found.append((words.shown("Computed on"), report.device_name))
     found.append((words.shown("Time"), f"{report.milliseconds:.1f} ms"))
     return found
+
+
+def fold_rows(report: Report, folds: isochor.Folds | None) -> list[tuple[str, str]]:
+    """Whether the lattice folds over, as a name and a value; a dash where it is not known."""
+    if report.control is None:
+        return []
+    value = "–"
+    if folds is not None:
+        found = {
+            "unfolded": words.shown("None, proved"),
+            "folded": words.shown(Sentence("{count} places", count=len(folds.points))),
+            "undecided": words.shown("Undecided"),
+        }
+        value = found[folds.verdict]
+    return [(words.shown("Folds"), value)]
+
+
+def fold_note(folds: isochor.Folds | None) -> str:
+    """What folds mean, in plain words; nothing where there are none."""
+    if folds is None or folds.verdict == "unfolded":
+        return ""
+    return problem.FOLDED if folds else problem.PERHAPS_FOLDED
 
 
 def percent(volume: float, target: float) -> str:

@@ -6,12 +6,15 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::bodies::{Bodies, Partition, check_labels, islands};
+use crate::caps::Caps;
 use crate::embedding::{Embedding, Located, Spot};
 use crate::engine::{Engine, State, numbers};
 use crate::error::{Error, Result};
 use crate::inversion::{Inversion, Preimage};
 use crate::lanes::{F32x8, F64x8, Lanes};
 use crate::lattice::Lattice;
+use crate::preserve::Costs;
 use crate::surface::{ClosedSurface, Measure};
 use crate::vertices::{Outside, Scalar, check_influence, check_triangles, check_vertices};
 use crate::walks::Walks;
@@ -20,6 +23,21 @@ use crate::words::number;
 /// Float32 vertices are deformed in float32 lanes where they fill at least this fraction of the domain along an axis. Rounding in
 /// such lanes is relative to the domain's size; a smaller mesh would show it, and gets float64 lanes.
 const SINGLE_EXTENT: f64 = 1.0 / 16.0;
+
+/// How a mesh is bound, beyond what is bound to what.
+#[derive(Debug, Clone, Default)]
+pub struct Bind {
+    /// One number in [0, 1] a vertex that scales the deformation; `None` for 1.
+    pub influence: Option<Vec<f64>>,
+    /// What happens to vertices beyond the lattice's domain.
+    pub outside: Outside,
+    /// Control points, `k` fastest, that leave every vertex where it is; `None` for the lattice's own.
+    pub rest: Option<Vec<DVec3>>,
+    /// Which triangles enclose a volume of their own.
+    pub bodies: Bodies,
+    /// Whether holes of bodies are closed by virtual fans of triangles about the mean of each boundary loop.
+    pub caps: bool,
+}
 
 /// Vertices (and triangles, if a volume is wanted) embedded in a lattice.
 ///
@@ -35,11 +53,15 @@ pub struct Binding<T> {
     rest: Option<Vec<DVec3>>,
     /// Where the vertices stand in the lattice shaped by `rest`.
     preimages: Option<Vec<Preimage>>,
-    surface: OnceLock<Result<ClosedSurface>>,
+    partition: Partition,
+    pub(crate) caps_wanted: bool,
+    pub(crate) surface: OnceLock<Result<ClosedSurface>>,
     embedding: Embedding,
     engine: Precision,
     walks: OnceLock<Walks>,
-    reference: OnceLock<Measure>,
+    pub(crate) caps: OnceLock<Caps>,
+    pub(crate) reference: OnceLock<Vec<Measure>>,
+    costs: Costs,
 }
 
 /// An engine in the lanes that suit the vertices.
@@ -91,6 +113,21 @@ impl<T: Scalar> Binding<T> {
         outside: Outside,
         rest: Option<Vec<DVec3>>,
     ) -> Result<Self> {
+        Self::with(lattice, vertices, triangles, Bind { influence, outside, rest, ..Bind::default() })
+    }
+
+    /// The same with several bodies or caps. A mesh without any closed body still deforms: that is an error where a volume is asked
+    /// for.
+    ///
+    /// # Errors
+    /// As [`Binding::shaped`]; [`Error::Mesh`] for labels that do not fit the triangles.
+    pub fn with(
+        lattice: Lattice,
+        vertices: Vec<[T; 3]>,
+        triangles: Vec<[u32; 3]>,
+        options: Bind,
+    ) -> Result<Self> {
+        let Bind { influence, outside, rest, bodies, caps } = options;
         check_vertices(&vertices)?;
         check_triangles(&triangles, vertices.len())?;
         if let Some(influence) = &influence {
@@ -99,9 +136,10 @@ impl<T: Scalar> Binding<T> {
         if let Some(rest) = &rest {
             check_rest::<T>(&lattice, rest)?;
         }
+        let (partition, surface) = partition(&vertices, &triangles, bodies, caps)?;
         let preimages = rest.as_deref().map(|rest| invert(&lattice, &vertices, rest, outside));
         let (embedding, engine) =
-            embed(&lattice, &vertices, preimages.as_deref(), influence.as_deref(), outside);
+            embed(&lattice, &vertices, &partition, preimages.as_deref(), influence.as_deref(), outside);
         Ok(Self {
             lattice,
             vertices,
@@ -110,16 +148,21 @@ impl<T: Scalar> Binding<T> {
             outside,
             rest,
             preimages,
-            surface: OnceLock::new(),
+            partition,
+            caps_wanted: caps,
+            surface,
             embedding,
             engine,
             walks: OnceLock::new(),
+            costs: Costs::default(),
+            caps: OnceLock::new(),
             reference: OnceLock::new(),
         })
     }
 
     /// Embeds anew what is given and keeps what is not: new positions for the same vertices, another lattice, another
-    /// influence, other control points at rest. The surface's topology is not looked at again. On an error nothing changes.
+    /// influence, other control points at rest. The surface's topology is not looked at again, and its bodies stay. On an error nothing
+    /// changes.
     ///
     /// # Errors
     /// [`Error::Mesh`] for another number of vertices, non-finite ones, or a wrong influence; [`Error::Lattice`] for control points
@@ -162,11 +205,14 @@ impl<T: Scalar> Binding<T> {
         (self.embedding, self.engine) = embed(
             &self.lattice,
             &self.vertices,
+            &self.partition,
             self.preimages.as_deref(),
             self.influence.as_deref(),
             self.outside,
         );
         self.walks = OnceLock::new();
+        self.costs = Costs::default();
+        self.caps = OnceLock::new();
         Ok(())
     }
 
@@ -178,6 +224,11 @@ impl<T: Scalar> Binding<T> {
     /// Control points that leave the vertices as they are.
     pub fn rest(&self) -> Vec<DVec3> {
         self.rest.clone().unwrap_or_else(|| self.lattice.rest())
+    }
+
+    /// The same where they are not the lattice's own.
+    pub(crate) fn shaped_rest(&self) -> Option<&[DVec3]> {
+        self.rest.as_deref()
     }
 
     /// The vertices as bound.
@@ -193,47 +244,6 @@ impl<T: Scalar> Binding<T> {
     /// Number of vertices beyond the lattice's domain, or nowhere inside the lattice where it was bound in a shape.
     pub fn outside_count(&self) -> usize {
         self.embedding.outside
-    }
-
-    /// The closed surface that the triangles form.
-    ///
-    /// # Errors
-    /// [`Error::Mesh`] where they form none.
-    pub fn surface(&self) -> Result<&ClosedSurface> {
-        self.surface
-            .get_or_init(|| ClosedSurface::new(self.vertices.len(), &self.triangles))
-            .as_ref()
-            .map_err(Clone::clone)
-    }
-
-    /// Volume, area and radius of the mesh as bound.
-    ///
-    /// # Errors
-    /// [`Error::Mesh`] where the triangles enclose no volume.
-    pub fn reference(&self) -> Result<Measure> {
-        self.surface()?;
-        Ok(*self.reference.get_or_init(|| self.measure_vertices(&self.vertices)))
-    }
-
-    /// Measures deformed vertices (in the order bound) over the bound triangles, in float64.
-    ///
-    /// # Errors
-    /// [`Error::Mesh`] where the triangles enclose no volume, or for another number of vertices.
-    pub fn measure(&self, vertices: &[[T; 3]]) -> Result<Measure> {
-        self.surface()?;
-        if vertices.len() != self.vertices.len() {
-            return Err(Error::Mesh(format!(
-                "vertices: found {}, expected the {} that were bound",
-                vertices.len(),
-                self.vertices.len()
-            )));
-        }
-        Ok(self.measure_vertices(vertices))
-    }
-
-    fn measure_vertices(&self, vertices: &[[T; 3]]) -> Measure {
-        let at = |v: usize| DVec3::from_array(vertices[v].map(T::to_f64));
-        Measure::of(at, vertices.len(), &self.triangles)
     }
 
     /// Deforms the vertices: the paper's equation (1), `x + influence * sum B (control - rest)`.
@@ -252,26 +262,6 @@ impl<T: Scalar> Binding<T> {
         Ok(())
     }
 
-    /// Signed volume of the mesh deformed by `control`, summed in float64.
-    ///
-    /// # Errors
-    /// As [`Binding::deform`]; [`Error::Mesh`] where the triangles enclose no volume.
-    pub fn volume(&self, control: &[DVec3]) -> Result<f64> {
-        self.surface()?;
-        let displacement = self.displacement(control)?;
-        with_engine!(self, engine => {
-            let state = engine.deformed(&self.embedding.tasks, &displacement, None);
-            let columns = numbers(&state);
-            let at = |v: usize| {
-                let slot = self.embedding.slot[v] as usize;
-                DVec3::from_array(columns.map(|column| column[slot].to_f64()))
-            };
-            let volume = Measure::of(at, self.vertices.len(), &self.triangles).volume;
-            engine.recycle(state);
-            if volume.is_finite() { Ok(volume) } else { Err(too_large(volume)) }
-        })
-    }
-
     /// `control - rest`, after checking that `control` fits the lattice and the type of the vertices.
     ///
     /// # Errors
@@ -285,6 +275,11 @@ impl<T: Scalar> Binding<T> {
         })
     }
 
+    /// The factors of costs that couple control points.
+    pub(crate) fn costs(&self) -> &Costs {
+        &self.costs
+    }
+
     /// The engine that deforms.
     pub(crate) fn engine(&self) -> &Precision {
         &self.engine
@@ -293,6 +288,11 @@ impl<T: Scalar> Binding<T> {
     /// Where the vertices stand in the lattice.
     pub(crate) fn embedding(&self) -> &Embedding {
         &self.embedding
+    }
+
+    /// The bodies.
+    pub(crate) fn partition(&self) -> &Partition {
+        &self.partition
     }
 
     /// The closed walks of neighbours around all slots.
@@ -311,7 +311,7 @@ impl<T: Scalar> Binding<T> {
             )));
         }
         let columns = numbers(state);
-        out.par_iter_mut().zip(&self.embedding.slot).with_min_len(4096).for_each(|(to, &slot)| {
+        out.par_iter_mut().zip(self.embedding.slot_of_vertex()).with_min_len(4096).for_each(|(to, &slot)| {
             *to = columns.map(|column| T::from_f64(column[slot as usize].to_f64()));
         });
         Ok(())
@@ -393,15 +393,38 @@ fn spot<T: Scalar>(
     }
 }
 
+/// The bodies, and their surface where finding them took it.
+fn partition<T: Scalar>(
+    vertices: &[[T; 3]],
+    triangles: &[[u32; 3]],
+    bodies: Bodies,
+    caps: bool,
+) -> Result<(Partition, OnceLock<Result<ClosedSurface>>)> {
+    match bodies {
+        Bodies::Whole => Ok((Partition::whole(), OnceLock::new())),
+        Bodies::Labels(labels) => {
+            check_labels(&labels, triangles.len())?;
+            Ok((Partition::labelled(vertices.len(), triangles, labels), OnceLock::new()))
+        }
+        Bodies::Islands => {
+            let at = |v: usize| DVec3::from_array(vertices[v].map(T::to_f64));
+            let (partition, surface) = islands(vertices.len(), triangles, at, T::EPSILON, caps);
+            Ok((partition, OnceLock::from(surface)))
+        }
+    }
+}
+
 fn embed<T: Scalar>(
     lattice: &Lattice,
     vertices: &[[T; 3]],
+    partition: &Partition,
     preimages: Option<&[Preimage]>,
     influence: Option<&[f64]>,
     outside: Outside,
 ) -> (Embedding, Precision) {
     let at = |vertex: usize| spot(lattice, vertices, preimages, vertex);
-    let (embedding, located) = Embedding::new::<T>(lattice, vertices.len(), at, influence, outside);
+    let (embedding, located) =
+        Embedding::new::<T>(lattice, (vertices.len(), partition), at, influence, outside);
     let single = T::EPSILON > f64::EPSILON && embedding.extent >= SINGLE_EXTENT;
     let engine = if single {
         Precision::Single(Engine::new(&embedding, &located, vertices, lattice.shape()))

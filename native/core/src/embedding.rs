@@ -7,6 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::basis::Span;
+use crate::bodies::Partition;
 use crate::inversion::Preimage;
 use crate::lanes::LANES;
 use crate::lattice::Lattice;
@@ -21,14 +22,21 @@ pub(crate) const EMPTY: u32 = u32::MAX;
 
 /// Vertices embedded in a lattice, fixed until the vertices or the lattice change.
 ///
-/// A *slot* is a place in the arrays sorted by cell; each cell starts a new block of [`LANES`] slots, so some are empty.
+/// What stands in a lattice are nodes: the vertices, and one more for every further body that shares a vertex. A *slot* is a place in
+/// the arrays sorted by cell, and within a cell by body; each starts a new block of [`LANES`] slots, so some are empty.
 #[derive(Debug, Clone)]
 pub(crate) struct Embedding {
     pub(crate) tasks: Vec<Task>,
-    /// Slot of each vertex.
+    /// Slot of each node; those of the vertices come first.
     pub(crate) slot: Vec<u32>,
-    /// Vertex in each slot, or `EMPTY`.
-    pub(crate) vertex: Vec<u32>,
+    /// Node in each slot, or `EMPTY`.
+    pub(crate) node: Vec<u32>,
+    /// First slot of each body; none where all triangles are one.
+    pub(crate) first_slot: Vec<u32>,
+    /// Number of vertices.
+    vertices: usize,
+    /// Vertices of the nodes beyond those.
+    further: Vec<u32>,
     /// Number of vertices beyond the domain, or nowhere in a shaped lattice.
     pub(crate) outside: usize,
     /// Whether vertices lie beyond the lower and upper face of each axis.
@@ -37,7 +45,7 @@ pub(crate) struct Embedding {
     pub(crate) extent: f64,
 }
 
-/// A run of blocks in one cell of the lattice.
+/// A run of blocks in one cell of the lattice, with nodes of one body.
 #[derive(Debug, Clone)]
 pub(crate) struct Task {
     /// The knots around the cell along s, t, u.
@@ -45,6 +53,8 @@ pub(crate) struct Task {
     /// Control point with the smallest indices that acts in the cell.
     pub(crate) first_point: [usize; 3],
     pub(crate) blocks: Range<usize>,
+    /// The body, or `NO_BODY`.
+    pub(crate) body: u32,
 }
 
 impl Task {
@@ -118,22 +128,26 @@ impl Located {
 }
 
 impl Embedding {
-    /// Embeds vertices at their spots with one influence each, or 1.
+    /// Embeds the nodes of vertices at the vertices' spots with one influence each, or 1. Gives what is located by node.
     pub(crate) fn new<T: Scalar>(
         lattice: &Lattice,
-        count: usize,
+        (count, partition): (usize, &Partition),
         spot: impl Fn(usize) -> Spot + Sync,
         influence: Option<&[f64]>,
         outside: Outside,
     ) -> (Self, Vec<Located>) {
-        let located: Vec<Located> = (0..count)
-            .into_par_iter()
-            .map(|v| Located::new::<T>(lattice, spot(v), influence.map_or(1.0, |all| all[v]), outside))
-            .collect();
-        let (tasks, slot, slots) = sort_by_cell(lattice, &located);
-        let mut vertex = vec![EMPTY; slots];
-        for (v, &s) in slot.iter().enumerate() {
-            vertex[s as usize] = v as u32;
+        let locate = |node: usize| {
+            let v = partition.vertex(node, count);
+            Located::new::<T>(lattice, spot(v), influence.map_or(1.0, |all| all[v]), outside)
+        };
+        let located: Vec<Located> = (0..partition.nodes(count)).into_par_iter().map(locate).collect();
+        let (tasks, slot, slots) = match partition.of_triangle() {
+            None => sort_by_cell(lattice, &located),
+            Some(_) => sort_by_body(lattice, &located, partition),
+        };
+        let mut node = vec![EMPTY; slots];
+        for (n, &s) in slot.iter().enumerate() {
+            node[s as usize] = n as u32;
         }
         let extent = |axis: usize| {
             let range = located.iter().map(|l| l.parameter[axis]);
@@ -141,55 +155,132 @@ impl Embedding {
         };
         let embedding = Self {
             tasks,
-            outside: located.iter().filter(|l| l.is_outside).count(),
+            outside: located[..count].iter().filter(|l| l.is_outside).count(),
             beyond: std::array::from_fn(|axis| {
                 std::array::from_fn(|side| located.iter().any(|l| l.beyond[axis][side]))
             }),
             extent: extent(0).max(extent(1)).max(extent(2)),
+            first_slot: first_slots(&slot, partition),
             slot,
-            vertex,
+            node,
+            vertices: count,
+            further: partition.further().to_vec(),
         };
         (embedding, located)
     }
 
     /// Number of blocks.
     pub(crate) fn blocks(&self) -> usize {
-        self.vertex.len() / LANES
+        self.node.len() / LANES
+    }
+
+    /// Vertex of a node.
+    #[inline]
+    pub(crate) fn vertex(&self, node: u32) -> usize {
+        let node = node as usize;
+        if node < self.vertices { node } else { self.further[node - self.vertices] as usize }
+    }
+
+    /// Slot of each vertex.
+    pub(crate) fn slot_of_vertex(&self) -> &[u32] {
+        &self.slot[..self.vertices]
+    }
+}
+
+/// A slot of each body, where not all triangles are one.
+fn first_slots(slot: &[u32], partition: &Partition) -> Vec<u32> {
+    if partition.of_triangle().is_none() {
+        return Vec::new();
+    }
+    let mut first = vec![0; partition.count()];
+    for (node, &slot) in slot.iter().enumerate().rev() {
+        if let Some(first) = first.get_mut(partition.of_node(node) as usize) {
+            *first = slot;
+        }
+    }
+    first
+}
+
+/// Number of a cell among all.
+fn flat(cells: [usize; 3], cell: [u16; 3]) -> usize {
+    (cell[0] as usize * cells[1] + cell[1] as usize) * cells[2] + cell[2] as usize
+}
+
+/// Cuts groups of nodes, each in a cell and a body, into tasks of whole blocks.
+struct Cutter<'a> {
+    lattice: &'a Lattice,
+    cells: [usize; 3],
+    task_blocks: usize,
+    tasks: Vec<Task>,
+    /// End of the blocks so far.
+    block: usize,
+}
+
+impl<'a> Cutter<'a> {
+    fn new(lattice: &'a Lattice) -> Self {
+        let taps: usize = lattice.axes().iter().map(|axis| axis.degree() + 1).product();
+        Self {
+            lattice,
+            cells: lattice.axes().each_ref().map(|axis| axis.cells()),
+            // A task's sums cost as much as a few vertices for each tap; more vertices keep that small.
+            task_blocks: TASK_VERTICES.max(4 * taps).div_ceil(LANES),
+            tasks: Vec::new(),
+            block: 0,
+        }
+    }
+
+    /// Adds a group of so many nodes; returns its first slot.
+    fn add(&mut self, index: usize, body: u32, nodes: usize) -> usize {
+        let start = self.block * LANES;
+        let (cells, axes) = (self.cells, self.lattice.axes());
+        let end = self.block + nodes.div_ceil(LANES);
+        let cell = [index / (cells[1] * cells[2]), index / cells[2] % cells[1], index % cells[2]];
+        while self.block < end {
+            let next = end.min(self.block + self.task_blocks);
+            self.tasks.push(Task {
+                spans: std::array::from_fn(|axis| axes[axis].span(cell[axis])),
+                first_point: std::array::from_fn(|axis| axes[axis].first_point(cell[axis])),
+                blocks: self.block..next,
+                body,
+            });
+            self.block = next;
+        }
+        start
     }
 }
 
 /// Counting sort of the vertices by cell: tasks, the slot of each vertex, and the number of slots.
 fn sort_by_cell(lattice: &Lattice, located: &[Located]) -> (Vec<Task>, Vec<u32>, usize) {
-    let cells = lattice.axes().each_ref().map(|axis| axis.cells());
-    let flat =
-        |cell: [u16; 3]| (cell[0] as usize * cells[1] + cell[1] as usize) * cells[2] + cell[2] as usize;
+    let mut cutter = Cutter::new(lattice);
+    let cells = cutter.cells;
     let mut count = vec![0usize; cells.iter().product()];
-    located.iter().for_each(|l| count[flat(l.cell)] += 1);
-
-    let taps: usize = lattice.axes().iter().map(|axis| axis.degree() + 1).product();
-    // A task's sums cost as much as a few vertices for each tap; more vertices keep that small.
-    let task_blocks = TASK_VERTICES.max(4 * taps).div_ceil(LANES);
-    let (mut tasks, mut start, mut block) = (Vec::new(), vec![0usize; count.len()], 0);
-    for (index, &vertices) in count.iter().enumerate() {
-        start[index] = block * LANES;
-        let end = block + vertices.div_ceil(LANES);
-        let cell = [index / (cells[1] * cells[2]), index / cells[2] % cells[1], index % cells[2]];
-        while block < end {
-            let next = end.min(block + task_blocks);
-            tasks.push(Task {
-                spans: std::array::from_fn(|axis| lattice.axes()[axis].span(cell[axis])),
-                first_point: std::array::from_fn(|axis| lattice.axes()[axis].first_point(cell[axis])),
-                blocks: block..next,
-            });
-            block = next;
-        }
-    }
+    located.iter().for_each(|l| count[flat(cells, l.cell)] += 1);
+    let mut start: Vec<usize> =
+        count.iter().enumerate().map(|(index, &nodes)| cutter.add(index, 0, nodes)).collect();
     let slot = located.iter().map(|l| {
-        let next = &mut start[flat(l.cell)];
+        let next = &mut start[flat(cells, l.cell)];
         *next += 1;
         (*next - 1) as u32
     });
-    (tasks, slot.collect(), block * LANES)
+    (cutter.tasks, slot.collect(), cutter.block * LANES)
+}
+
+/// The same by cell and body, for any number of bodies.
+fn sort_by_body(
+    lattice: &Lattice,
+    located: &[Located],
+    partition: &Partition,
+) -> (Vec<Task>, Vec<u32>, usize) {
+    let mut cutter = Cutter::new(lattice);
+    let key = |node: usize| (flat(cutter.cells, located[node].cell), partition.of_node(node), node);
+    let mut sorted: Vec<(usize, u32, usize)> = (0..located.len()).into_par_iter().map(key).collect();
+    sorted.par_sort_unstable();
+    let mut slot = vec![0; located.len()];
+    for group in sorted.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        let start = cutter.add(group[0].0, group[0].1, group.len());
+        group.iter().zip(start..).for_each(|((.., node), at)| slot[*node] = at as u32);
+    }
+    (cutter.tasks, slot, cutter.block * LANES)
 }
 
 /// Cuts a slice into consecutive runs of the given lengths.

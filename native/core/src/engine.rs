@@ -10,6 +10,7 @@ use crate::basis::Span;
 use crate::embedding::{EMPTY, Embedding, Located, Task, split};
 use crate::kernels::{Basis, Cell, Deform, Reduce, Reduced, Shift};
 use crate::lanes::{LANES, Lanes, dispatch};
+use crate::preserve::Coefficients;
 use crate::sum::CompensatedSum;
 use crate::vertices::Scalar;
 use crate::walks::Walks;
@@ -36,7 +37,7 @@ struct CellData<R> {
 }
 
 impl<L: Lanes> Engine<L> {
-    /// Puts located vertices into lanes, in slot order. `shape`: control points of the lattice.
+    /// Puts located nodes into lanes, in slot order. `shape`: control points of the lattice.
     pub(crate) fn new<T: Scalar>(
         embedding: &Embedding,
         located: &[Located],
@@ -44,26 +45,26 @@ impl<L: Lanes> Engine<L> {
         shape: [usize; 3],
     ) -> Self {
         let cells = embedding.tasks.iter().map(|task| CellData::new(task, shape)).collect();
-        let blocks = embedding.vertex.as_chunks::<LANES>().0;
+        let blocks = embedding.node.as_chunks::<LANES>().0;
         let mut starts = vec![[0.0; 3]; embedding.blocks()];
         for task in &embedding.tasks {
             starts[task.blocks.clone()].fill(task.spans.each_ref().map(Span::start));
         }
         let lanes = |pick: &(dyn Fn(usize) -> f64 + Sync)| -> Vec<L> {
-            let number = |v: u32| L::Real::from_f64(if v == EMPTY { 0.0 } else { pick(v as usize) });
+            let number = |n: u32| L::Real::from_f64(if n == EMPTY { 0.0 } else { pick(n as usize) });
             blocks.par_iter().map(|block| L::of(block.map(number))).collect()
         };
         let parameter = blocks.par_iter().zip(&starts).map(|(block, start)| {
-            // Empty lanes repeat the block's first vertex, whose parameters suit the cell.
-            let of = |v: u32| &located[(if v == EMPTY { block[0] } else { v }) as usize].parameter;
-            std::array::from_fn(|axis| L::of(block.map(|v| L::Real::from_f64(of(v)[axis] - start[axis]))))
+            // Empty lanes repeat the block's first node, whose parameters suit the cell.
+            let of = |n: u32| &located[(if n == EMPTY { block[0] } else { n }) as usize].parameter;
+            std::array::from_fn(|axis| L::of(block.map(|n| L::Real::from_f64(of(n)[axis] - start[axis]))))
         });
         Self {
             shape,
             cells,
             parameter: parameter.collect(),
-            influence: lanes(&|v| located[v].influence),
-            rest: std::array::from_fn(|axis| lanes(&|v| vertices[v][axis].to_f64())),
+            influence: lanes(&|n| located[n].influence),
+            rest: std::array::from_fn(|axis| lanes(&|n| vertices[embedding.vertex(n as u32)][axis].to_f64())),
             spare: Mutex::default(),
         }
     }
@@ -97,34 +98,39 @@ impl<L: Lanes> Engine<L> {
     }
 
     /// The paper's coefficients (10)-(12) for one axis of the state, and the state's volume, both through the gradient
-    /// at the vertices. Tasks are added in their order.
+    /// at the vertices, of every body. Tasks are added in their order. `middles`: origin of each body's volume along the axis.
     pub(crate) fn coefficients(
         &self,
         tasks: &[Task],
         walks: &Walks,
         state: &State<L>,
         axis: usize,
-        middle: f64,
-    ) -> (Vec<f64>, f64) {
+        middles: &[f64],
+    ) -> Coefficients {
         let reduce = |(task, data): (&Task, &CellData<L::Real>)| {
-            dispatch(Reduce {
-                cell: self.cell(task, data),
-                first_block: task.blocks.start,
-                walks,
-                along: &state[axis],
-                next: [&state[(axis + 1) % 3], &state[(axis + 2) % 3]],
-                middle,
+            middles.get(task.body as usize).map(|&middle| {
+                dispatch(Reduce {
+                    cell: self.cell(task, data),
+                    first_block: task.blocks.start,
+                    walks,
+                    along: &state[axis],
+                    next: [&state[(axis + 1) % 3], &state[(axis + 2) % 3]],
+                    middle,
+                })
             })
         };
-        let parts: Vec<Reduced> = tasks.par_iter().zip(&self.cells).map(reduce).collect();
-        let mut coefficients = vec![0.0; self.shape.iter().product()];
-        for (data, part) in self.cells.iter().zip(&parts) {
+        let parts: Vec<Option<Reduced>> = tasks.par_iter().zip(&self.cells).map(reduce).collect();
+        let mut rows = vec![vec![0.0; self.shape.iter().product()]; middles.len()];
+        let mut volumes = vec![CompensatedSum::default(); middles.len()];
+        for ((task, data), part) in tasks.iter().zip(&self.cells).zip(&parts) {
+            let Some(part) = part else { continue };
+            let row = &mut rows[task.body as usize];
             for (&point, c) in data.points.iter().zip(&part.coefficients) {
-                coefficients[point as usize] += c;
+                row[point as usize] += c;
             }
+            volumes[task.body as usize].add(part.volume);
         }
-        let volume: CompensatedSum = parts.iter().map(|part| part.volume).collect();
-        (coefficients, volume.value())
+        Coefficients { rows, volumes: volumes.into_iter().map(CompensatedSum::value).collect() }
     }
 
     /// Returns a state's memory for the next call.

@@ -13,6 +13,9 @@ pub enum Error {
     /// The volume asked for, or what the correction may use to reach it.
     #[error("{0}")]
     Volume(String),
+    /// Points of the surface that must land on targets.
+    #[error("{0}")]
+    Pin(String),
     /// What an elastic body is made of, its ground, or the time to move on by.
     #[error("{0}")]
     Elastic(String),

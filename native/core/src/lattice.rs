@@ -236,24 +236,42 @@ impl Lattice {
 
     fn interpolate(&self, values: &[DVec3], parameter: DVec3) -> DVec3 {
         let [_, nv, nw] = self.shape();
+        let [(i0, wu), (j0, wv), (k0, ww)] = self.axis_taps(parameter);
+        let mut sum = DVec3::ZERO;
+        for (i, &a) in wu.iter().enumerate() {
+            for (j, &b) in wv.iter().enumerate() {
+                let row = ((i0 + i) * nv + j0 + j) * nw + k0;
+                let inner = values[row..].iter().zip(&ww).fold(DVec3::ZERO, |acc, (&p, &c)| acc + p * c);
+                sum += inner * (a * b);
+            }
+        }
+        sum
+    }
+
+    /// The control points that act at parameters, clamped to the domain, each with its basis function's value.
+    pub(crate) fn taps(&self, parameter: DVec3) -> impl Iterator<Item = (usize, f64)> {
+        let [_, nv, nw] = self.shape();
+        let [(i0, wu), (j0, wv), (k0, ww)] = self.axis_taps(parameter);
+        let mut taps = Vec::with_capacity(wu.len() * wv.len() * ww.len());
+        for (i, a) in wu.iter().enumerate() {
+            for (j, b) in wv.iter().enumerate() {
+                let row = ((i0 + i) * nv + j0 + j) * nw + k0;
+                taps.extend(ww.iter().enumerate().map(|(k, c)| (row + k, a * b * c)));
+            }
+        }
+        taps.into_iter()
+    }
+
+    /// Of every axis the first control point that acts at clamped parameters, and the basis functions' values from there on.
+    pub(crate) fn axis_taps(&self, parameter: DVec3) -> [(usize, Vec<f64>); 3] {
         let clamped = parameter.clamp(DVec3::ZERO, DVec3::ONE).to_array();
-        let taps: [(usize, Vec<f64>); 3] = std::array::from_fn(|axis| {
+        std::array::from_fn(|axis| {
             let basis = &self.axes[axis];
             let cell = basis.cell(clamped[axis]);
             let mut weights = vec![0.0; basis.degree() + 1];
             basis.span(cell).evaluate(clamped[axis], &mut weights);
             (basis.first_point(cell), weights)
-        });
-        let [(i0, wu), (j0, wv), (k0, ww)] = &taps;
-        let mut sum = DVec3::ZERO;
-        for (i, &a) in wu.iter().enumerate() {
-            for (j, &b) in wv.iter().enumerate() {
-                let row = ((i0 + i) * nv + j0 + j) * nw + k0;
-                let inner = values[row..].iter().zip(ww).fold(DVec3::ZERO, |acc, (&p, &c)| acc + p * c);
-                sum += inner * (a * b);
-            }
-        }
-        sum
+        })
     }
 }
 

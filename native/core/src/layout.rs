@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! A binding's fixed data as another backend needs it, read-only.
 //!
-//! Vertices are sorted by cell of the lattice into *slots*, in blocks of [`BLOCK`]; a cell starts a new block, so some slots
-//! are empty.
+//! Vertices are sorted by cell of the lattice, and within a cell by body, into *slots*, in blocks of [`BLOCK`]; each starts a new
+//! block, so some slots are empty. A vertex that several bodies share has a slot for each of them.
 
 use std::ops::Range;
 
 use crate::basis::Span;
 use crate::binding::Binding;
+use crate::bodies::NO_BODY;
 use crate::embedding::{EMPTY, Embedding, Task};
 use crate::error::Result;
 use crate::lanes::LANES;
@@ -34,7 +35,8 @@ pub struct Place {
     pub influence: f64,
 }
 
-/// Consecutive blocks in one cell of the lattice. The runs of a layout are sorted by cell and cover every block once.
+/// Consecutive blocks in one cell of the lattice and one body. The runs of a layout are sorted by cell, then by body, and cover every
+/// block once.
 #[derive(Debug, Clone, Copy)]
 pub struct Run<'a> {
     task: &'a Task,
@@ -71,7 +73,7 @@ impl<T: Scalar> Binding<T> {
 impl<'a, T: Scalar> Layout<'a, T> {
     /// Number of slots, a multiple of [`BLOCK`].
     pub fn slots(&self) -> usize {
-        self.embedding.vertex.len()
+        self.embedding.node.len()
     }
 
     /// Runs of blocks in one cell each.
@@ -81,17 +83,18 @@ impl<'a, T: Scalar> Layout<'a, T> {
 
     /// What stands in a slot; `None` for an empty one. Computed anew at every call.
     pub fn place(&self, slot: usize) -> Option<Place> {
-        let vertex = self.embedding.vertex[slot];
-        (vertex != EMPTY).then(|| {
-            let located = self.binding.located(vertex as usize);
-            let (parameter, influence) = (located.parameter, located.influence);
-            Place { vertex: vertex as usize, parameter, influence }
+        let node = self.embedding.node[slot];
+        (node != EMPTY).then(|| {
+            let vertex = self.embedding.vertex(node);
+            let located = self.binding.located(vertex);
+            Place { vertex, parameter: located.parameter, influence: located.influence }
         })
     }
 
-    /// Slot of each vertex, in the order bound.
+    /// Slot of each vertex, in the order bound. Where several bodies share a vertex, it stands in more slots than this, and all of
+    /// them move alike.
     pub fn slot_of_vertex(&self) -> &'a [u32] {
-        &self.embedding.slot
+        self.embedding.slot_of_vertex()
     }
 }
 
@@ -99,6 +102,11 @@ impl<'a> Run<'a> {
     /// The slots of the run; a multiple of [`BLOCK`].
     pub fn slots(self) -> Range<usize> {
         self.task.blocks.start * LANES..self.task.blocks.end * LANES
+    }
+
+    /// The body that the run's coefficients and volume belong to; `None` for vertices of no body, which deform along.
+    pub fn body(self) -> Option<usize> {
+        (self.task.body != NO_BODY).then_some(self.task.body as usize)
     }
 
     /// The cell's control point with the smallest indices; `degree + 1` act from there along each axis.

@@ -139,18 +139,22 @@ fn sampled_basis(basis: &AxisBasis, count: usize) -> Vec<Vec<f64>> {
 }
 
 /// A tensor of `shape` with one axis replaced by its products with `rows`.
-fn contracted(values: &[DVec3], shape: [usize; 3], axis: usize, rows: &[Vec<f64>]) -> Vec<DVec3> {
+pub(crate) fn contracted(values: &[DVec3], shape: [usize; 3], axis: usize, rows: &[Vec<f64>]) -> Vec<DVec3> {
     let stride: usize = shape[axis + 1..].iter().product();
     let outer: usize = shape[..axis].iter().product();
-    let mut out = Vec::with_capacity(outer * rows.len() * stride);
-    for block in 0..outer {
-        for row in rows {
-            for inner in 0..stride {
-                let start = block * shape[axis] * stride + inner;
-                out.push(
-                    row.iter().enumerate().map(|(i, &weight)| weight * values[start + i * stride]).sum(),
-                );
-            }
+    let mut out = vec![DVec3::ZERO; outer * rows.len() * stride];
+    let lines = out.chunks_mut(stride);
+    for (line, (block, row)) in
+        lines.zip((0..outer).flat_map(|block| rows.iter().map(move |row| (block, row))))
+    {
+        let values = &values[block * shape[axis] * stride..];
+        if let [sum] = line {
+            *sum = values.iter().zip(row).map(|(&value, &weight)| weight * value).sum();
+            continue;
+        }
+        let inputs = values.chunks(stride);
+        for (input, &weight) in inputs.zip(row).filter(|(_, weight)| **weight != 0.0) {
+            line.iter_mut().zip(input).for_each(|(sum, &value)| *sum += weight * value);
         }
     }
     out

@@ -20,10 +20,10 @@ pub(crate) struct Walks {
 }
 
 impl Walks {
-    /// The walks of a surface, by the slots of an embedding of the same vertices.
+    /// The walks of a surface, by the slots of an embedding of the same nodes.
     pub(crate) fn new(embedding: &Embedding, surface: &ClosedSurface) -> Self {
         let around = |v: u32| if v == EMPTY { &[] } else { surface.around(v as usize) };
-        let blocks = embedding.vertex.as_chunks::<LANES>().0;
+        let blocks = embedding.node.as_chunks::<LANES>().0;
         let longest = |block: &[u32; LANES]| block.iter().map(|&v| around(v).len()).max().unwrap_or_default();
         let lengths: Vec<usize> = blocks.par_iter().map(longest).collect();
         let mut offsets = Vec::with_capacity(blocks.len() + 1);
@@ -44,7 +44,7 @@ impl Walks {
                 }
             }
         });
-        let slots = embedding.vertex.len();
+        let slots = embedding.node.len();
         assert!(steps.as_flattened().iter().all(|&slot| (slot as usize) < slots));
         Self { offsets, steps, slots }
     }

@@ -131,7 +131,7 @@ fn amount_target_and_weights_do_what_they_say() {
     let (kept, found) = run(Preserve { amount: 0.0, ..Preserve::default() });
     assert_eq!(kept, control);
     assert!((found / before - 1.0).abs() < 1e-13);
-    let (_, found) = run(Preserve { target: Some(7.0), amount: 0.25, ..Preserve::default() });
+    let (_, found) = run(Preserve { target: Some(vec![7.0]), amount: 0.25, ..Preserve::default() });
     assert!((found / (before + 0.25 * (7.0 - before)) - 1.0).abs() < 1e-12);
     let weights: Vec<f64> = (0..64).map(|p| if p < 32 { f64::INFINITY } else { 1.0 + p as f64 }).collect();
     let (moved, found) = run(Preserve { weights: Some(weights), ..Preserve::default() });

@@ -30,6 +30,19 @@ struct Dispatches {
     vertices: [u32; 3],
 }
 
+impl Dispatches {
+    fn of(&self, kernel: Kernel) -> [u32; 3] {
+        match kernel {
+            Kernel::Deform | Kernel::Shift => self.tiles,
+            Kernel::Gradient => self.groups,
+            Kernel::Reduce => self.runs,
+            Kernel::Gather => self.points,
+            Kernel::Solve => [1, 1, 1],
+            Kernel::Write => self.vertices,
+        }
+    }
+}
+
 /// Everything that frames of one mesh use, made once.
 pub(crate) struct Frames {
     device: Arc<Device>,
@@ -130,7 +143,8 @@ impl Frames {
         self.device.check()?;
         self.send(frame, controls)?;
         let submission = self.device.queue.submit([self.encode(turns)]);
-        self.wait(submission)?;
+        let mapped = [(&self.readback, wgpu::MapMode::Read), (&self.upload, wgpu::MapMode::Write)];
+        self.wait(submission, &mapped)?;
         let view = self.readback.slice(..).get_mapped_range().map_err(|cause| lost(&cause))?;
         let result = read(self.reading(&view));
         drop(view);
@@ -165,20 +179,21 @@ impl Frames {
                 end_of_pass_write_index: Some(1),
             }),
         });
-        let mut dispatch = |kernel, turn, [x, y, z]: [u32; 3]| {
+        let mut dispatch = |kernel, turn| {
+            let [x, y, z] = self.dispatches.of(kernel);
             pass.set_pipeline(self.pipelines.of(kernel));
             pass.set_bind_group(0, buffers.group(kernel, turn), &[]);
             pass.dispatch_workgroups(x, y, z);
         };
-        dispatch(Kernel::Deform, 0, self.dispatches.tiles);
+        dispatch(Kernel::Deform, 0);
         for turn in 0..turns {
-            dispatch(Kernel::Gradient, turn, self.dispatches.groups);
-            dispatch(Kernel::Reduce, turn, self.dispatches.runs);
-            dispatch(Kernel::Gather, turn, self.dispatches.points);
-            dispatch(Kernel::Solve, turn, [1, 1, 1]);
-            dispatch(Kernel::Shift, turn, self.dispatches.tiles);
+            dispatch(Kernel::Gradient, turn);
+            dispatch(Kernel::Reduce, turn);
+            dispatch(Kernel::Gather, turn);
+            dispatch(Kernel::Solve, turn);
+            dispatch(Kernel::Shift, turn);
         }
-        dispatch(Kernel::Write, 0, self.dispatches.vertices);
+        dispatch(Kernel::Write, 0);
         drop(pass);
         self.collect(&mut encoder);
         encoder.finish()
@@ -201,10 +216,14 @@ impl Frames {
         }
     }
 
-    /// Waits for the frame, with both buffers mapped again at the end.
-    fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<()> {
+    /// Waits for a submission, with these buffers mapped at the end.
+    fn wait(
+        &self,
+        submission: wgpu::SubmissionIndex,
+        buffers: &[(&wgpu::Buffer, wgpu::MapMode)],
+    ) -> Result<()> {
         let (sender, mapped) = mpsc::channel();
-        for (buffer, mode) in [(&self.readback, wgpu::MapMode::Read), (&self.upload, wgpu::MapMode::Write)] {
+        for &(buffer, mode) in buffers {
             let sender = sender.clone();
             // The receiver is gone only after this call gave up on the device.
             buffer.map_async(mode, .., move |result| drop(sender.send(result)));
@@ -213,7 +232,7 @@ impl Frames {
         let polled = self.device.device.poll(poll).map_err(|cause| lost(&cause));
         self.device.check()?;
         polled?;
-        for _ in 0..2 {
+        for _ in buffers {
             mapped.recv_timeout(PATIENCE).map_err(|cause| lost(&cause))?.map_err(|cause| lost(&cause))?;
         }
         Ok(())
@@ -224,22 +243,59 @@ impl Frames {
         self.buffers.bytes()
     }
 
-    /// The bytes of a buffer as the last frame left it.
-    pub(crate) fn inspect(&self, resource: Resource) -> Result<Vec<u8>> {
-        let (buffer, device) = (self.buffers.of(resource), &self.device.device);
-        let copy = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("inspect"),
-            size: buffer.size(),
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
+    /// Writes into a buffer before what is dispatched next.
+    pub(crate) fn upload(&self, resource: Resource, offset: usize, bytes: &[u8]) {
+        self.device.queue.write_buffer(self.buffers.of(resource), offset as u64, bytes);
+    }
+
+    /// Starts kernels, each with the index of a turn, one after the other, without waiting for them.
+    pub(crate) fn dispatch(&self, steps: &[(Kernel, usize)]) -> Result<()> {
+        self.device.check()?;
+        let mut encoder = self
+            .device
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("passes") });
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        for &(kernel, turn) in steps {
+            let [x, y, z] = self.dispatches.of(kernel);
+            pass.set_pipeline(self.pipelines.of(kernel));
+            pass.set_bind_group(0, self.buffers.group(kernel, turn), &[]);
+            pass.dispatch_workgroups(x, y, z);
+        }
+        drop(pass);
         self.device.queue.submit([encoder.finish()]);
-        copy.map_async(wgpu::MapMode::Read, .., |_| {});
-        device.poll(wgpu::PollType::wait_indefinitely()).map_err(|cause| lost(&cause))?;
+        Ok(())
+    }
+
+    /// Waits for what was started, and shows `read` the bytes of some buffers.
+    pub(crate) fn fetch<R>(&self, resources: &[Resource], read: impl FnOnce(&[&[u8]]) -> R) -> Result<R> {
+        let device = &self.device.device;
+        let sizes: Vec<u64> = resources.iter().map(|&resource| self.buffers.of(resource).size()).collect();
+        let copy = self.device.scoped(|| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("fetch"),
+                size: sizes.iter().sum(),
+                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        })?;
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut start = 0;
+        for (&resource, size) in resources.iter().zip(&sizes) {
+            encoder.copy_buffer_to_buffer(self.buffers.of(resource), 0, &copy, start, *size);
+            start += size;
+        }
+        let submission = self.device.queue.submit([encoder.finish()]);
+        self.wait(submission, &[(&copy, wgpu::MapMode::Read)])?;
         let view = copy.slice(..).get_mapped_range().map_err(|cause| lost(&cause))?;
-        Ok(view.to_vec())
+        let mut rest: &[u8] = &view;
+        let mut parts = Vec::with_capacity(sizes.len());
+        for size in sizes {
+            let (part, after) = rest.split_at(size as usize);
+            parts.push(part);
+            rest = after;
+        }
+        Ok(read(&parts))
     }
 
     fn reading<'a>(&self, bytes: &'a [u8]) -> Reading<'a> {

@@ -36,6 +36,11 @@
 //!
 //! Flat axes and volumes without a ratio are rare and left to the CPU, in the same call ([`Work::Cpu`]).
 //!
+//! # What goes pass by pass
+//!
+//! Pins, several bodies, and the methods that search are the core's own ([`isochor_core::Plan::carry_out`]) over passes on the device
+//! (`passes.rs`): some submissions a frame instead of one, and the same guarantees by the same closing step.
+//!
 //! # What a frame costs
 //!
 //! Counted in `BENCHMARKS.md`. Everything is made when a binding is uploaded; a frame writes the control points into a mapped
@@ -56,6 +61,8 @@ mod frames;
 pub mod kernels;
 mod mesh;
 pub mod pack;
+mod parts;
+mod passes;
 pub mod twins;
 pub mod types;
 

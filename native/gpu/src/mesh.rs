@@ -3,13 +3,15 @@
 
 use std::sync::{Arc, Mutex};
 
-use isochor_core::{Binding, DMat3, DVec3, Method, Plan, Preserve, Preserved, Scalar};
+use isochor_core::{Binding, DMat3, DVec3, Measure, Method, Plan, Preserve, Preserved, Scalar};
 use rayon::prelude::*;
 
 use crate::device::{Device, locked};
 use crate::error::{Error, Failure, Result};
 use crate::frames::{Frames, Reading};
 use crate::pack::Packed;
+use crate::parts::Parts;
+use crate::passes::{OnDevice, Uploaded};
 use crate::twins::two_float;
 use crate::types::{Frame, Turn};
 
@@ -32,6 +34,8 @@ const NEGLIGIBLE: f64 = TOLERANCE / 4.0;
 pub struct Mesh {
     device: Arc<Device>,
     frames: Mutex<Frames>,
+    /// Where there are several bodies.
+    parts: Option<Parts>,
     unit: f64,
     /// Longest edge of the lattice's domain.
     size: f64,
@@ -81,7 +85,9 @@ impl Mesh {
             return Err(Error::TooLarge("GPU: the mesh has no vertices; use the CPU".into()));
         }
         let frames = Mutex::new(Frames::new(&device, &packed)?);
-        Ok(Self { device, frames, unit: packed.unit, size: packed.size, is_still: packed.is_still() })
+        let bodies = binding.body_count();
+        let parts = (bodies > 1).then(|| Parts::new(&packed, bodies));
+        Ok(Self { device, frames, parts, unit: packed.unit, size: packed.size, is_still: packed.is_still() })
     }
 
     /// The device.
@@ -134,6 +140,9 @@ impl Mesh {
         out: &mut [[T; 3]],
     ) -> std::result::Result<Outcome, Failure> {
         let plan = binding.plan(control, options)?;
+        if !plan.is_plain() {
+            return self.pass_by_pass(binding, options, &plan, out);
+        }
         if options.amount == 0.0 {
             return self.uncorrected(binding, control, options, out);
         }
@@ -168,11 +177,42 @@ impl Mesh {
             return on_cpu(out);
         }
         let last = found.steps.last().map_or(0, |(axis, _)| *axis);
-        match close(binding, options, preserved, last, out) {
+        match close(binding, options, &plan, preserved, last, out) {
             Ok(preserved) => Ok(Outcome { preserved, work: Work::DeviceAndClosing, seconds: found.seconds }),
             Err(isochor_core::Error::Volume(_)) => on_cpu(out),
             Err(other) => Err(other.into()),
         }
+    }
+
+    /// A correction by the core's methods, each pass over the mesh on the device.
+    fn pass_by_pass<T: Scalar>(
+        &self,
+        binding: &Binding<T>,
+        options: &Preserve,
+        plan: &Plan,
+        out: &mut [[T; 3]],
+    ) -> std::result::Result<Outcome, Failure> {
+        let between = is_double::<T>() && options.amount != 0.0 && options.amount != 1.0;
+        if between || plan.is_limited() {
+            // The target lies between volumes that float32 knows to seven digits only; or what float32 leaves of it may not be made up
+            // for afterwards.
+            let preserved = binding.preserve(&plan.control, options, out)?;
+            return Ok(Outcome { preserved, work: Work::Cpu, seconds: None });
+        }
+        let frame = self.frame(binding, &plan.control, options, plan);
+        let frames = locked(&self.frames);
+        let uploaded = Uploaded { binding, frames: &frames, parts: self.parts.as_ref(), unit: self.unit };
+        let mut passes = OnDevice::new(uploaded, frame, plan)?;
+        let preserved = plan.carry_out(&mut passes)?;
+        passes.moved(|moved| self.add_moved(binding, moved, out))?;
+        drop(frames);
+        let misses = binding.largest_miss(&options.pins, out)? > TOLERANCE * self.size;
+        if !is_double::<T>() && !misses && is_close(binding, &preserved, out)? {
+            return Ok(Outcome { preserved, work: Work::Device, seconds: None });
+        }
+        let last = (0..3).rev().find(|&axis| plan.shares[axis] > 0.0).unwrap_or_default();
+        let preserved = close(binding, options, plan, preserved, last, out)?;
+        Ok(Outcome { preserved, work: Work::DeviceAndClosing, seconds: None })
     }
 
     /// A correction that leaves the volume as deformed.
@@ -188,9 +228,14 @@ impl Mesh {
             return Ok(Outcome { preserved, work: Work::Cpu, seconds: None });
         }
         let seconds = self.deform(binding, control, out)?;
-        let target = binding.measure(out)?.volume;
-        let preserved =
-            Preserved { control: control.to_vec(), target, method: options.method, iterations: 0 };
+        let preserved = Preserved {
+            control: control.to_vec(),
+            targets: vec![binding.measure(out)?.volume],
+            method: options.method,
+            iterations: 0,
+            distance: 0.0,
+            missing: 0.0,
+        };
         Ok(Outcome { preserved, work: Work::Device, seconds })
     }
 
@@ -223,7 +268,7 @@ impl Mesh {
     /// # Errors
     /// That the device failed.
     pub fn inspect(&self, resource: crate::kernels::Resource) -> Result<Vec<u8>> {
-        locked(&self.frames).inspect(resource)
+        locked(&self.frames).fetch(&[resource], |parts| parts[0].to_vec())
     }
 
     fn run<R>(
@@ -252,7 +297,7 @@ impl Mesh {
         let [to_frame, from_frame] = plan.maps();
         let centre = to_frame * binding.lattice().centre();
         let [x, y, z] = ((plan.middle - centre) / self.unit).to_array().map(|value| value as f32);
-        let six_wanted = 6.0 * plan.wanted / plan.determinant / self.unit.powi(3);
+        let six_wanted = 6.0 * plan.wanted_in_all() / plan.determinant / self.unit.powi(3);
         let size = extent(control).max(self.size) / self.unit;
         Frame {
             to_frame: columns(to_frame),
@@ -315,9 +360,16 @@ fn corrected(control: &[DVec3], options: &Preserve, plan: &Plan, found: &Found, 
             plan.move_along(*axis, distance, point);
         }
     }
-    let target =
-        if options.amount == 1.0 { plan.wanted } else { before + options.amount * (plan.wanted - before) };
-    Preserved { control, target, method: options.method, iterations: u32::from(has_moved) }
+    let wanted = plan.wanted_in_all();
+    let target = if options.amount == 1.0 { wanted } else { before + options.amount * (wanted - before) };
+    Preserved {
+        distance: plan.distance(&control),
+        control,
+        targets: vec![target],
+        method: options.method,
+        iterations: u32::from(has_moved),
+        missing: 0.0,
+    }
 }
 
 fn is_close<T: Scalar>(
@@ -325,14 +377,19 @@ fn is_close<T: Scalar>(
     preserved: &Preserved,
     out: &[[T; 3]],
 ) -> isochor_core::Result<bool> {
-    let volume = binding.measure(out)?.volume;
-    Ok((volume - preserved.target).abs() <= TOLERANCE * preserved.target.abs())
+    if preserved.targets.is_empty() {
+        return Ok(true);
+    }
+    let bodies = binding.measures(out)?;
+    let is_met = |(body, target): (&Measure, &f64)| (body.volume - target).abs() <= TOLERANCE * target.abs();
+    Ok(bodies.iter().zip(&preserved.targets).all(is_met))
 }
 
 /// One exact step along one axis, from the control points that the device found.
 fn close<T: Scalar>(
     binding: &Binding<T>,
     options: &Preserve,
+    plan: &Plan,
     preserved: Preserved,
     axis: usize,
     out: &mut [[T; 3]],
@@ -342,13 +399,16 @@ fn close<T: Scalar>(
     let closing = Preserve {
         axes,
         method: Method::Sweep,
-        target: Some(preserved.target),
-        amount: 1.0,
+        target: Some(preserved.targets.clone()),
+        // Where nothing but pins was asked for, nothing but pins is closed.
+        amount: if options.amount == 0.0 { 0.0 } else { 1.0 },
         ..options.clone()
     };
     let closed = binding.preserve(&preserved.control, &closing, out)?;
     Ok(Preserved {
+        distance: plan.distance(&closed.control),
         control: closed.control,
+        targets: closed.targets,
         iterations: preserved.iterations + closed.iterations,
         ..preserved
     })

@@ -32,6 +32,8 @@ pub struct Packed<'a> {
     pub tiles: Vec<Tile>,
     /// Runs for the coefficients.
     pub runs: Vec<Tile>,
+    /// The body of each run, `None` for vertices of no body.
+    pub body_of_run: Vec<Option<usize>>,
     /// Steps (left, right, reciprocal, 0) of the basis recurrence of every cell, relative to the cell's lower knot and in
     /// units of its length: so float32 loses nothing where the cells are small.
     pub knots: Vec<[f32; 4]>,
@@ -41,7 +43,7 @@ pub struct Packed<'a> {
     pub rest: Vec<f32>,
     /// Start of every block's steps; one more entry than blocks.
     pub offsets: Vec<u32>,
-    /// Closed walks of neighbours; one unused step where the triangles enclose no volume.
+    /// Closed walks of neighbours, at the edge of a hole through the slot itself; one unused step where the triangles enclose no volume.
     pub steps: &'a [[u32; BLOCK]],
     /// Start of every control point's entries; one more than control points.
     pub starts: Vec<u32>,
@@ -88,6 +90,7 @@ impl<'a> Packed<'a> {
             Err(_) => (vec![0; layout.slots() / BLOCK + 1], NO_STEPS),
         };
         let (tiles, runs) = cells.split(layout.slots());
+        let (runs, body_of_run): (Vec<Tile>, Vec<Option<usize>>) = runs.into_iter().unzip();
         let (starts, entries) = entries_of_points(&runs, taps, lattice.shape());
         Self {
             taps,
@@ -97,6 +100,7 @@ impl<'a> Packed<'a> {
             size,
             tiles,
             runs,
+            body_of_run,
             knots: cells.knots,
             places,
             rest,
@@ -139,11 +143,13 @@ impl<'a> Packed<'a> {
     }
 }
 
-/// Cells with vertices, in their order.
+/// Cells with vertices, in their order, and where several bodies share a cell one after the other.
 struct Cells {
     taps: [usize; 3],
     shape: [usize; 3],
     cells: Vec<Tile>,
+    /// The body of each.
+    bodies: Vec<Option<usize>>,
     knots: Vec<[f32; 4]>,
     /// Start of the steps of the cell at each first point, along each axis.
     known: [Vec<Option<u32>>; 3],
@@ -156,6 +162,7 @@ impl Cells {
             taps,
             shape,
             cells: Vec::new(),
+            bodies: Vec::new(),
             knots: vec![[0.0; 4]],
             known: shape.map(|count| vec![None; count]),
         }
@@ -165,8 +172,11 @@ impl Cells {
         let ([i, j, k], slots) = (run.first_point(), run.slots());
         let first_point = ((i * self.shape[1] + j) * self.shape[2] + k) as u32;
         match self.cells.last_mut() {
-            Some(cell) if cell.first_point == first_point => cell.slots += slots.len() as u32,
+            Some(cell) if cell.first_point == first_point && self.bodies.last() == Some(&run.body()) => {
+                cell.slots += slots.len() as u32;
+            }
             _ => {
+                self.bodies.push(run.body());
                 let [knots_u, knots_v, knots_w] = [0, 1, 2].map(|axis| self.steps(run, axis));
                 let (first_slot, slots) = (slots.start as u32, slots.len() as u32);
                 self.cells.push(Tile { first_slot, slots, first_point, knots_u, knots_v, knots_w });
@@ -192,26 +202,23 @@ impl Cells {
         })
     }
 
-    /// Cuts the cells into tiles and into runs.
-    fn split(&self, slots: usize) -> (Vec<Tile>, Vec<Tile>) {
+    /// Cuts the cells into tiles, and into runs with the body of each.
+    fn split(&self, slots: usize) -> (Vec<Tile>, Vec<(Tile, Option<usize>)>) {
         let taps: usize = self.taps.iter().product();
         let run = GROUP.max(taps * SLOTS_PER_TAP).max(slots / MANY_RUNS).next_multiple_of(GROUP);
-        (cut(&self.cells, GROUP), cut(&self.cells, run))
+        let tiles = self.cells.iter().flat_map(|cell| cut(cell, GROUP)).collect();
+        let runs = self.cells.iter().zip(&self.bodies);
+        (tiles, runs.flat_map(|(cell, &body)| cut(cell, run).map(move |run| (run, body))).collect())
     }
 }
 
-fn cut(cells: &[Tile], length: usize) -> Vec<Tile> {
-    let length = length as u32;
-    cells
-        .iter()
-        .flat_map(|cell| {
-            (0..cell.slots).step_by(length as usize).map(move |start| Tile {
-                first_slot: cell.first_slot + start,
-                slots: length.min(cell.slots - start),
-                ..*cell
-            })
-        })
-        .collect()
+fn cut(cell: &Tile, length: usize) -> impl Iterator<Item = Tile> {
+    let (cell, length) = (*cell, length as u32);
+    (0..cell.slots).step_by(length as usize).map(move |start| Tile {
+        first_slot: cell.first_slot + start,
+        slots: length.min(cell.slots - start),
+        ..cell
+    })
 }
 
 /// Parameters in the run's cell, in [0, 1].

@@ -66,7 +66,7 @@ fn run(binding: &Binding<f32>, mesh: &Mesh, step: f64) -> Vec<[f32; 3]> {
     let mut out = binding.vertices().to_vec();
     let outcome = mesh.preserve(binding, &pose(binding, step), &Preserve::default(), &mut out).unwrap();
     assert_eq!(outcome.work, Work::Device);
-    let error = (binding.measure(&out).unwrap().volume / outcome.preserved.target - 1.0).abs();
+    let error = (binding.measure(&out).unwrap().volume / outcome.preserved.target() - 1.0).abs();
     assert!(error <= TOLERANCE, "{}: {error:e}", out.len());
     out
 }

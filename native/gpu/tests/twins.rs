@@ -170,7 +170,7 @@ fn the_twins_agree_with_the_float64_core() {
         .unwrap();
         let mut corrected = double.clone();
         let wanted = case.binding.reference().unwrap().volume;
-        let options = Preserve { target: Some(wanted), ..case.options() };
+        let options = Preserve { target: Some(vec![wanted]), ..case.options() };
         let outcome = reference.preserve(&case.control, &options, &mut corrected).unwrap();
         let delta =
             outcome.control.iter().zip(&case.control).map(|(a, b)| (*a - *b)[case.axis] / packed.unit);

@@ -91,6 +91,10 @@ impl Argument {
         Self { name, family: Family::Volume }
     }
 
+    pub(crate) const fn pins(name: &'static str) -> Self {
+        Self { name, family: Family::Pin }
+    }
+
     pub(crate) const fn elastic(name: &'static str) -> Self {
         Self { name, family: Family::Elastic }
     }
@@ -233,6 +237,10 @@ impl Hint for f64 {
     const HINT: PyStaticExpr = type_hint_identifier!("numpy", "float64");
 }
 
+impl Hint for i32 {
+    const HINT: PyStaticExpr = type_hint_identifier!("numpy", "int32");
+}
+
 impl Hint for bool {
     const HINT: PyStaticExpr = type_hint_identifier!("numpy", "bool_");
 }
@@ -253,10 +261,23 @@ impl<'py, T: Hint> NdArray<'py, T> {
         Self(array, PhantomData)
     }
 
+    /// One number for each of something.
+    pub(crate) fn numbers(py: Python<'py>, numbers: &[T]) -> Self
+    where
+        T: Element + Copy,
+    {
+        Self::of(PyArray1::from_slice(py, numbers).as_untyped().clone())
+    }
+
     /// Points (V, 3) or control points (nu, nv, nw, 3).
     pub(crate) fn points(py: Python<'py>, points: &[DVec3], shape: &[usize]) -> PyResult<Self> {
         let flat: Vec<f64> = points.iter().flat_map(|p| p.to_array()).collect();
         Ok(Self::of(PyArray1::from_vec(py, flat).reshape(shape)?.as_untyped().clone()))
+    }
+
+    /// One number for each control point, (nu, nv, nw).
+    pub(crate) fn lattice(py: Python<'py>, numbers: Vec<f64>, shape: [usize; 3]) -> PyResult<Self> {
+        Ok(Self::of(PyArray1::from_vec(py, numbers).reshape(shape)?.as_untyped().clone()))
     }
 }
 

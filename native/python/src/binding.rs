@@ -3,16 +3,18 @@
 
 use std::sync::{Arc, PoisonError, RwLock};
 
-use isochor_core::{Binding as Core, Lattice as CoreLattice, Measure, Outside, Preserve};
+use isochor_core::{Bind, Binding as Core, Lattice as CoreLattice, Measure, Outside, Preserve};
 use numpy::{Element, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::arrays::{Argument, ArrayLike, NdArray, NumberLike, Numbers, OfVertices, converted};
 use crate::backend::Backend;
-use crate::errors::{PinError, to_python, warn};
+use crate::bodies::{BodiesLike, TargetLike};
+use crate::errors::{to_python, warn};
 use crate::lattice::LatticeLike;
+use crate::pins::PinsLike;
 use crate::preserved::Preserved;
-use crate::words::{DeviceWord, MethodWord};
+use crate::words::{CostWord, DeviceWord, LimitWord, MethodWord};
 
 /// A binding of the core for either precision, shared with the results that measure on it.
 pub(crate) type Shared = Arc<RwLock<Precise>>;
@@ -69,19 +71,18 @@ impl Binding {
         outside: Outside,
         influence: Option<ArrayLike<'_>>,
         rest: Option<ArrayLike<'_>>,
+        bodies: Option<BodiesLike>,
+        caps: bool,
     ) -> PyResult<Self> {
         let vertices = VertexRows::extract(&vertices)?;
         let triangles = triangles.map_or(Ok(Vec::new()), |triangles| indices(&triangles))?;
         let influence = influence.map(|influence| influences(&influence)).transpose()?;
         let rest = rest.map(|rest| rest_of(&rest, lattice.shape())).transpose()?;
-        let lattice = lattice.clone();
+        let bodies = bodies.map(|bodies| bodies.0).unwrap_or_default();
+        let (lattice, options) = (lattice.clone(), Bind { influence, outside, rest, bodies, caps });
         let bound = py.detach(|| match vertices {
-            VertexRows::Single(rows) => {
-                Core::shaped(lattice, rows, triangles, influence, outside, rest).map(Precise::Single)
-            }
-            VertexRows::Double(rows) => {
-                Core::shaped(lattice, rows, triangles, influence, outside, rest).map(Precise::Double)
-            }
+            VertexRows::Single(rows) => Core::with(lattice, rows, triangles, options).map(Precise::Single),
+            VertexRows::Double(rows) => Core::with(lattice, rows, triangles, options).map(Precise::Double),
         });
         let bound = bound.map_err(to_python)?;
         let vertex_count = either!(&bound, core => core.vertices().len());
@@ -138,7 +139,7 @@ impl Binding {
 impl Binding {
     /// Embeds anew what is given and keeps what is not: vertices (V, 3) of the same mesh in new positions, another lattice,
     /// another influence (V,), other control points at rest (nu, nv, nw, 3). Cheaper than a new bind, for the topology is not
-    /// looked at again. Raises MeshError, and LatticeError where control points at rest, also those kept, do not fit the
+    /// looked at again, and the bodies stay those that bind found. Raises MeshError, and LatticeError where control points at rest, also those kept, do not fit the
     /// lattice; then leaves the binding as it was.
     #[pyo3(signature = (vertices=None, lattice=None, influence=None, rest=None))]
     fn update(
@@ -185,15 +186,42 @@ impl Binding {
         Ok(NdArray::of(array))
     }
 
-    /// Signed volume of the vertices that `deform` gives for control points (nu, nv, nw, 3), summed in float64; positive where
-    /// the triangles wind counter-clockwise seen from outside. Equation (5). Raises MeshError where the triangles enclose no
-    /// volume.
+    /// Signed volume of the vertices that `deform` gives for control points (nu, nv, nw, 3), summed in float64, of all bodies
+    /// together, caps included; positive where the triangles wind counter-clockwise seen from outside. Equation (5). Raises MeshError
+    /// where the triangles enclose no volume.
     fn volume(&self, py: Python<'_>, control: ArrayLike<'_>) -> PyResult<f64> {
         let control = Argument::lattice("control").control(&control, self.shape(py))?;
         self.read(py, |precise| either!(precise, core => core.volume(&control))).map_err(to_python)
     }
 
-    /// Signed volume of the mesh as bound. Raises MeshError where the triangles enclose no volume.
+    /// The same of each body, float64 (bodies,).
+    fn volumes<'py>(&self, py: Python<'py>, control: ArrayLike<'py>) -> PyResult<NdArray<'py, f64>> {
+        let control = Argument::lattice("control").control(&control, self.shape(py))?;
+        let volumes = self.read(py, |precise| either!(precise, core => core.volumes(&control)));
+        Ok(NdArray::numbers(py, &volumes.map_err(to_python)?))
+    }
+
+    /// Number of bodies that keep a volume each; 1 where bodies=None.
+    #[getter]
+    fn body_count(&self, py: Python<'_>) -> usize {
+        self.read(py, |precise| either!(precise, core => core.body_count()))
+    }
+
+    /// Body of each triangle, int32 (F,); -1 for those of no body, which deform along.
+    #[getter]
+    fn body_of_triangle<'py>(&self, py: Python<'py>) -> NdArray<'py, i32> {
+        NdArray::numbers(py, &self.read(py, |precise| either!(precise, core => core.body_of_triangle())))
+    }
+
+    /// Signed volume of each body as bound, float64 (bodies,). Raises MeshError where the triangles enclose no volume.
+    #[getter]
+    fn reference_volumes<'py>(&self, py: Python<'py>) -> PyResult<NdArray<'py, f64>> {
+        let volumes = |measures: &[Measure]| measures.iter().map(|body| body.volume).collect::<Vec<f64>>();
+        let found = self.read(py, |precise| either!(precise, core => core.references().map(volumes)));
+        Ok(NdArray::numbers(py, &found.map_err(to_python)?))
+    }
+
+    /// Signed volume of the mesh as bound, of all bodies together. Raises MeshError where the triangles enclose no volume.
     #[getter]
     fn reference_volume(&self, py: Python<'_>) -> PyResult<f64> {
         let measure = self.read(py, |precise| either!(precise, core => core.reference()));
@@ -233,21 +261,31 @@ impl Binding {
         py.detach(|| self.backend.bytes())
     }
 
-    /// Deforms and corrects the control points so that the volume is the target, exactly: Problem 1 of the volume paper,
-    /// equations (13)-(17).
+    /// Deforms and corrects the control points so that the volume of every body is its target, exactly: Problems 1 and 2 of the
+    /// volume paper, equations (13)-(24), with one row for each body.
     ///
     /// control (nu, nv, nw, 3): the control points asked for.
     /// axes: shares of x, y, z in the correction, not negative, normalised; an axis with share 0 is not touched.
     /// frame (3, 3) rows: the directions that "axes" means; None for the coordinate axes.
-    /// method: "balanced" (geometric steps; keeps round things round; falls back to "sweep" where the volume changes sign)
-    /// or "sweep" (the paper's).
+    /// method: "balanced" (geometric steps; keeps round things round; falls back to "sweep" where the volume changes sign),
+    /// "sweep" (the paper's), "gradient" (one exact step over all axes with a share at once, no order of axes; falls back to
+    /// "balanced" where the volume turns before its target) or "nearest" (the smallest displacement over all axes with a share at
+    /// once, by iteration: about ten times the time of a sweep). For the last two shares only say which axes take part.
     /// weights (nu, nv, nw): positive; large keeps a control point, inf freezes it (Remark 2).
-    /// pins: must be None; direct manipulation is not available.
-    /// target: the volume to reach; None for reference_volume.
-    /// amount: 0 leaves the volume as deformed, 1 (if not given) reaches the target.
+    /// pins: isochor.Pins, or (indices (m,), targets (m, 3)) of vertices: these points land exactly on their targets, whatever the
+    /// shares (Problem 2, equations (20)-(24), for any number of pins).
+    /// target: the volume to reach, or one for each body (bodies,); one number with several bodies is their sum, shared in proportion
+    /// to reference_volumes. None for reference_volumes.
+    /// amount: 0 leaves the volume as deformed and pinned, 1 (if not given) reaches the target. Pins alone (amount 0) need no closed
+    /// mesh.
+    /// cost: what the correction keeps small (Remark 1): "points" (how far control points move), "surface" (how far vertices move) or
+    /// "bending" (how much space is bent; stretching costs nothing). The last two are factorised at the first call after bind or
+    /// update; a lattice too large for that is a LatticeError. weights count in all of them.
+    /// limit: None, or "unfolded": the correction goes only so far that no cell of the lattice folds that is proved unfolded without
+    /// it; result.missing says how much volume is then missing.
     ///
-    /// Raises VolumeError, LatticeError, MeshError.
-    #[pyo3(signature = (control, axes=None, frame=None, method=MethodWord(isochor_core::Method::Balanced), weights=None, pins=None, target=None, amount=NumberLike::Default(1.0)))]
+    /// Raises PinError for pins that are repeated, contradict each other or cannot move, VolumeError, LatticeError, MeshError.
+    #[pyo3(signature = (control, axes=None, frame=None, method=MethodWord(isochor_core::Method::Balanced), weights=None, pins=None, target=None, amount=NumberLike::Default(1.0), cost=CostWord(isochor_core::Cost::Points), limit=None))]
     #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn preserve(
         &self,
@@ -257,15 +295,12 @@ impl Binding {
         frame: Option<ArrayLike<'_>>,
         method: MethodWord,
         weights: Option<ArrayLike<'_>>,
-        pins: Option<ArrayLike<'_>>,
-        target: Option<NumberLike<'_>>,
+        pins: Option<PinsLike>,
+        target: Option<TargetLike<'_>>,
         amount: NumberLike<'_>,
+        cost: CostWord,
+        limit: Option<LimitWord>,
     ) -> PyResult<Preserved> {
-        if pins.is_some() {
-            return Err(PinError::new_err(
-                "pins: found some, expected None; pins are not available in this version",
-            ));
-        }
         let shape = self.shape(py);
         let control = Argument::lattice("control").control(&control, shape)?;
         let options = Preserve {
@@ -274,8 +309,11 @@ impl Binding {
             frame: frame.map(|frame| Argument::volume("frame").rows(&frame)).transpose()?,
             method: method.0,
             weights: weights.map(|weights| point_weights(&weights, shape)).transpose()?,
-            target: target.map(|target| Argument::volume("target").number(&target)).transpose()?,
+            pins: pins.map(|pins| pins.0).unwrap_or_default(),
+            target: target.map(|target| target.numbers(self.body_count(py))).transpose()?,
             amount: Argument::volume("amount").number(&amount)?,
+            cost: cost.0,
+            limit: limit.map(|limit| limit.0),
         };
         let (vertices, ran) = self.with_output(
             py,
@@ -293,22 +331,22 @@ impl Binding {
     }
 }
 
-/// Measures vertices of a result on the binding's triangles.
-pub(crate) fn measure(
+/// Signed volume of every body of a result's vertices.
+pub(crate) fn volumes(
     py: Python<'_>,
     shared: &Shared,
     vertices: &Bound<'_, PyUntypedArray>,
-) -> PyResult<Measure> {
+) -> PyResult<Vec<f64>> {
     if let Ok(array) = vertices.cast::<PyArrayDyn<f32>>() {
         let rows = rows(array.readonly().as_slice()?.to_vec());
         return measured(py, shared, |precise| match precise {
-            Precise::Single(core) => core.measure(&rows),
+            Precise::Single(core) => core.measures(&rows),
             Precise::Double(_) => Err(changed_precision()),
         });
     }
     let rows = rows(vertices.cast::<PyArrayDyn<f64>>()?.readonly().as_slice()?.to_vec());
     measured(py, shared, |precise| match precise {
-        Precise::Double(core) => core.measure(&rows),
+        Precise::Double(core) => core.measures(&rows),
         Precise::Single(_) => Err(changed_precision()),
     })
 }
@@ -316,9 +354,10 @@ pub(crate) fn measure(
 fn measured(
     py: Python<'_>,
     shared: &Shared,
-    f: impl FnOnce(&Precise) -> isochor_core::Result<Measure> + Send,
-) -> PyResult<Measure> {
-    py.detach(|| f(&shared.read().unwrap_or_else(PoisonError::into_inner))).map_err(to_python)
+    f: impl FnOnce(&Precise) -> isochor_core::Result<Vec<Measure>> + Send,
+) -> PyResult<Vec<f64>> {
+    let bodies = py.detach(|| f(&shared.read().unwrap_or_else(PoisonError::into_inner)));
+    Ok(bodies.map_err(to_python)?.iter().map(|body| body.volume).collect())
 }
 
 fn rows<T: Copy>(flat: Vec<T>) -> Vec<[T; 3]> {

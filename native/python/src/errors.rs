@@ -20,6 +20,7 @@ pub(crate) enum Family {
     Lattice,
     Mesh,
     Volume,
+    Pin,
     Elastic,
 }
 
@@ -29,6 +30,7 @@ impl Family {
             Self::Lattice => LatticeError::new_err(message),
             Self::Mesh => MeshError::new_err(message),
             Self::Volume => VolumeError::new_err(message),
+            Self::Pin => PinError::new_err(message),
             Self::Elastic => ElasticError::new_err(message),
         }
     }
@@ -40,6 +42,7 @@ pub(crate) fn to_python(error: isochor_core::Error) -> PyErr {
         isochor_core::Error::Lattice(message) => LatticeError::new_err(message),
         isochor_core::Error::Mesh(message) => MeshError::new_err(message),
         isochor_core::Error::Volume(message) => VolumeError::new_err(message),
+        isochor_core::Error::Pin(message) => PinError::new_err(message),
         isochor_core::Error::Elastic(message) => ElasticError::new_err(message),
     }
 }

@@ -6,9 +6,12 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
 
-use crate::arrays::{Argument, ArrayLike, NdArray, NumberLike, Numbers};
+use crate::arrays::{Argument, ArrayLike, NdArray, NumberLike};
+use crate::axes::axes;
 use crate::binding::Binding;
+use crate::bodies::BodiesLike;
 use crate::errors::to_python;
+use crate::folds::{Folds, halvings};
 use crate::words::{BasisWord, DeviceWord, KnotsWord, OutsideWord};
 
 /// A free-form deformation lattice: a box of space, or its image under an affine map, with a spline over it.
@@ -181,6 +184,78 @@ impl Lattice {
         ))
     }
 
+    /// Whether the lattice shaped by control points (nu, nv, nw, 3) folds over, and where: where the determinant of the map's derivative
+    /// has another sign than that of the lattice's frame.
+    ///
+    /// rest (nu, nv, nw, 3): the shape that the lattice was bound in, from which the map is measured; None for `Lattice.rest`. In a cell in
+    /// which that shape itself is not proved to be unfolded, the answer is undecided.
+    /// depth: how often each cell of the lattice is halved along each axis at most, 0 to 24; 12 if not given. Only what the coarser
+    /// pieces leave open is halved.
+    ///
+    /// "unfolded" is a proof, for every parameter in the domain: by Bernstein coefficients, with bounds on rounding. It is a local one. A lattice
+    /// bent round by more than 360 degrees overlaps itself without folding anywhere, and is unfolded.
+    ///
+    /// Raises LatticeError.
+    #[pyo3(signature = (control, rest=None, depth=None))]
+    fn folds(
+        &self,
+        py: Python<'_>,
+        control: ArrayLike<'_>,
+        rest: Option<ArrayLike<'_>>,
+        depth: Option<ArrayLike<'_>>,
+    ) -> PyResult<Folds> {
+        let shape = self.core.shape();
+        let control = Argument::lattice("control").control(&control, shape)?;
+        let rest = rest.map(|rest| Argument::lattice("rest").control(&rest, shape)).transpose()?;
+        let depth = halvings(depth.as_ref())?;
+        let folds = py.detach(|| self.core.folds(&control, rest.as_deref(), depth));
+        Ok(Folds(folds.map_err(to_python)?))
+    }
+
+    /// Weights for `Binding.preserve`, float64 (nu, nv, nw), that keep the correction near points (m, 3): exp(d / distance), where d is a
+    /// control point's distance from the nearest of them (figure 7 of the volume paper). control (nu, nv, nw, 3): where the control
+    /// points stand; None for `rest`.
+    ///
+    /// Where all weights were above exp(600) they are divided by one factor, which changes no correction; those that are infinite even
+    /// so freeze their control points. Raises LatticeError.
+    #[pyo3(signature = (points, distance, control=None))]
+    fn falloff<'py>(
+        &self,
+        py: Python<'py>,
+        points: ArrayLike<'py>,
+        distance: NumberLike<'py>,
+        control: Option<ArrayLike<'py>>,
+    ) -> PyResult<NdArray<'py, f64>> {
+        let points = Argument::lattice("points").points(&points)?;
+        let distance = Argument::lattice("distance").number(&distance)?;
+        let shape = self.core.shape();
+        let control = control.map(|c| Argument::lattice("control").control(&c, shape)).transpose()?;
+        let weights = py.detach(|| self.core.falloff(&points, distance, control.as_deref()));
+        NdArray::lattice(py, weights.map_err(to_python)?, shape)
+    }
+
+    /// Weights for `Binding.preserve`, float64 (nu, nv, nw), with which the correction goes where the volume went: small where the lattice
+    /// shaped by control (nu, nv, nw, 3) has another local volume than at rest, or than shaped by rest (nu, nv, nw, 3).
+    ///
+    /// The change e of a control point is |integral of B (det J - det J at rest)| / integral of B |det J at rest|, with J the map's
+    /// derivative and B the point's basis function; its weight is 1 / (floor + (1 - floor) e / (largest e)), from 1 where most
+    /// changed to 1 / floor where nothing did. Without any change all weights are 1. floor: above 0, up to 1. Raises LatticeError.
+    #[pyo3(signature = (control, rest=None, floor=NumberLike::Default(0.01)))]
+    fn loss_weights<'py>(
+        &self,
+        py: Python<'py>,
+        control: ArrayLike<'py>,
+        rest: Option<ArrayLike<'py>>,
+        floor: NumberLike<'py>,
+    ) -> PyResult<NdArray<'py, f64>> {
+        let shape = self.core.shape();
+        let control = Argument::lattice("control").control(&control, shape)?;
+        let rest = rest.map(|rest| Argument::lattice("rest").control(&rest, shape)).transpose()?;
+        let floor = Argument::lattice("floor").number(&floor)?;
+        let weights = py.detach(|| self.core.loss_weights(&control, rest.as_deref(), floor));
+        NdArray::lattice(py, weights.map_err(to_python)?, shape)
+    }
+
     /// Embeds a mesh: everything that stays fixed while the control points move is computed here.
     ///
     /// vertices (V, 3) float32 or float64, in the lattice's space; results have the same type.
@@ -196,8 +271,14 @@ impl Lattice {
     /// influence * sum B (control - rest), so that an affine motion of the shape is that motion of the mesh. Vertices not inside the
     /// shape are outside.
     ///
+    /// bodies: None where all triangles enclose one volume; "islands": every piece that is connected by shared vertices and closed
+    /// keeps a volume of its own, and open and flat ones have none and deform along; or (F,) integers, the body of each triangle, 0 to
+    /// count - 1, -1 for those of none. The border of a labelled region is closed by caps.
+    /// caps: True closes every hole by a virtual fan of triangles about the mean of the vertices around it; with False a hole is a
+    /// MeshError where a volume is asked for.
+    ///
     /// Raises MeshError, LatticeError for a wrong rest, and DeviceError for an unknown device.
-    #[pyo3(signature = (vertices, triangles=None, device=DeviceWord::Auto, outside=OutsideWord(Outside::Keep), influence=None, rest=None))]
+    #[pyo3(signature = (vertices, triangles=None, device=DeviceWord::Auto, outside=OutsideWord(Outside::Keep), influence=None, rest=None, bodies=None, caps=false))]
     #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn bind(
         &self,
@@ -208,57 +289,13 @@ impl Lattice {
         outside: OutsideWord,
         influence: Option<ArrayLike<'_>>,
         rest: Option<ArrayLike<'_>>,
+        bodies: Option<BodiesLike>,
+        caps: bool,
     ) -> PyResult<Binding> {
-        Binding::new(py, &self.core, vertices, triangles, device, outside.0, influence, rest)
+        Binding::new(py, &self.core, vertices, triangles, device, outside.0, influence, rest, bodies, caps)
     }
 
     fn __repr__(&self) -> String {
         format!("Lattice(shape={:?}, basis={:?}, degree={:?})", self.shape(), self.basis(), self.degree())
     }
-}
-
-fn axes(
-    shape: Option<ArrayLike<'_>>,
-    basis: BasisWord,
-    degree: Option<ArrayLike<'_>>,
-    knots: KnotsWord<'_>,
-) -> PyResult<[AxisBasis; 3]> {
-    let shape = shape.map_or(Ok([4; 3]), |shape| Argument::lattice("shape").counts(&shape, false))?;
-    let given = degree.map(|degree| Argument::lattice("degree").counts(&degree, true)).transpose()?;
-    let [s, t, u] = match basis {
-        BasisWord::Bernstein => {
-            let bernstein = shape.map(|count| count.saturating_sub(1));
-            if let Some(found) = given.filter(|given| *given != bernstein) {
-                return Err(Argument::lattice("degree")
-                    .error(format!("found {found:?}, but a Bernstein lattice of shape {shape:?} has {bernstein:?}; leave it out")));
-            }
-            if matches!(knots, KnotsWord::Given(_)) {
-                return Err(Argument::lattice("knots")
-                    .error("found arrays, but a Bernstein lattice has none; leave them out, or use basis=\"bspline\""));
-            }
-            shape.map(AxisBasis::bernstein)
-        }
-        BasisWord::BSpline => {
-            let degree = given.unwrap_or([3; 3]);
-            match knots {
-                KnotsWord::Uniform => std::array::from_fn(|a| AxisBasis::uniform(shape[a], degree[a])),
-                KnotsWord::Clamped => std::array::from_fn(|a| AxisBasis::clamped(shape[a], degree[a])),
-                KnotsWord::Given(arrays) => {
-                    let mut knots = Vec::with_capacity(3);
-                    for array in &arrays {
-                        let array: ArrayLike<'_> = array.extract()?;
-                        knots.push(Argument::lattice("knots").floats(
-                            &array,
-                            Numbers::FloatsOrIntegers,
-                            &[None],
-                        )?);
-                    }
-                    std::array::from_fn(|a| {
-                        AxisBasis::with_knots(shape[a], degree[a], std::mem::take(&mut knots[a]))
-                    })
-                }
-            }
-        }
-    };
-    Ok([s.map_err(to_python)?, t.map_err(to_python)?, u.map_err(to_python)?])
 }

@@ -2,12 +2,16 @@
 //! The Python module `isochor._native`: it checks what comes in, leaves the interpreter, and calls the core.
 
 mod arrays;
+mod axes;
 mod backend;
 mod binding;
+mod bodies;
 mod device;
 mod elastic;
 mod errors;
+mod folds;
 mod lattice;
+mod pins;
 mod preserved;
 mod words;
 
@@ -25,7 +29,11 @@ mod _native {
     #[pymodule_export]
     use super::elastic::Elastic;
     #[pymodule_export]
+    use super::folds::Folds;
+    #[pymodule_export]
     use super::lattice::Lattice;
+    #[pymodule_export]
+    use super::pins::Pins;
     #[pymodule_export]
     use super::preserved::Preserved;
     #[pymodule_export]

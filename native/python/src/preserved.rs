@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{NdArray, OfVertices};
 use crate::backend::Ran;
-use crate::binding::{Shared, measure};
+use crate::binding::{Shared, volumes};
 use crate::words::method_name;
 
 /// A mesh deformed with its volume corrected: the result of `Binding.preserve`.
@@ -15,21 +15,27 @@ pub(crate) struct Preserved {
     binding: Shared,
     control: Py<PyUntypedArray>,
     vertices: Py<PyUntypedArray>,
-    /// Volume that was aimed at, after `amount`.
-    #[pyo3(get)]
-    target: f64,
+    targets: Vec<f64>,
     /// What computed, after any fall-back: "cpu" or "gpu".
     #[pyo3(get)]
     device: &'static str,
     /// Seconds that the GPU's kernels took by its own clock, or None.
     #[pyo3(get)]
     device_seconds: Option<f64>,
-    /// What ran, after any fall-back: "balanced" or "sweep".
+    /// What ran, after any fall-back: "balanced", "sweep", "gradient" or "nearest".
     #[pyo3(get)]
     method: &'static str,
-    /// Rounds over the axes: 1, more where an axis was flat and passed its share on, 0 where nothing was to do.
+    /// Rounds over the axes: 1, more where an axis was flat and passed its share on, 0 where nothing was to do. Of "gradient" steps to
+    /// its root, of "nearest" iterations.
     #[pyo3(get)]
     iterations: u32,
+    /// How far the correction moved the control points, pins' part included: sqrt(sum of weight times squared distance), where
+    /// the lightest weight counts as 1.
+    #[pyo3(get)]
+    distance: f64,
+    /// Volume, of all bodies together, that limit="unfolded" left missing from the target: target - volume. 0.0 otherwise.
+    #[pyo3(get)]
+    missing: f64,
 }
 
 impl Preserved {
@@ -47,12 +53,18 @@ impl Preserved {
             binding,
             control: control.unbind(),
             vertices: vertices.unbind(),
-            target: outcome.target,
+            targets: outcome.targets.clone(),
+            distance: outcome.distance,
+            missing: outcome.missing,
             device: ran.device,
             device_seconds: ran.seconds,
             method: method_name(outcome.method),
             iterations: outcome.iterations,
         })
+    }
+
+    fn measured(&self, py: Python<'_>) -> PyResult<Vec<f64>> {
+        volumes(py, &self.binding, self.vertices.bind(py))
     }
 }
 
@@ -71,22 +83,44 @@ impl Preserved {
         NdArray::of(self.vertices.bind(py).clone())
     }
 
-    /// Signed volume of `vertices`, measured in float64 when asked for.
+    /// Signed volume of `vertices`, of all bodies together, measured in float64 when asked for.
     #[getter]
     fn volume(&self, py: Python<'_>) -> PyResult<f64> {
-        Ok(measure(py, &self.binding, self.vertices.bind(py))?.volume)
+        Ok(self.measured(py)?.iter().fold(0.0, |sum, volume| sum + volume))
     }
 
-    /// |volume - target| / |target|, measured on `vertices` in float64 when asked for.
+    /// Signed volume of each body, float64 (bodies,), measured on `vertices` in float64 when asked for.
+    #[getter]
+    fn volumes<'py>(&self, py: Python<'py>) -> PyResult<NdArray<'py, f64>> {
+        Ok(NdArray::numbers(py, &self.measured(py)?))
+    }
+
+    /// Volume that was aimed at, after `amount`; 0 where pins alone were wanted of a mesh that encloses nothing.
+    #[getter]
+    fn target(&self) -> f64 {
+        self.targets.iter().fold(0.0, |sum, target| sum + target)
+    }
+
+    /// Volume of each body that was aimed at, after `amount`, float64 (bodies,).
+    #[getter]
+    fn targets<'py>(&self, py: Python<'py>) -> NdArray<'py, f64> {
+        NdArray::numbers(py, &self.targets)
+    }
+
+    /// |volume - target| / |target|, the largest over the bodies, measured on `vertices` in float64 when asked for.
     #[getter]
     fn error(&self, py: Python<'_>) -> PyResult<f64> {
-        Ok((self.volume(py)? - self.target).abs() / self.target.abs())
+        let of_body = |(volume, target): (f64, &f64)| (volume - target).abs() / target.abs();
+        Ok(self.measured(py)?.into_iter().zip(&self.targets).map(of_body).fold(0.0, f64::max))
     }
 
     fn __repr__(&self) -> String {
         format!(
             "Preserved(target={:?}, method={:?}, iterations={}, device={:?})",
-            self.target, self.method, self.iterations, self.device
+            self.target(),
+            self.method,
+            self.iterations,
+            self.device
         )
     }
 }

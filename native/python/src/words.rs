@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Arguments that are one of a few words.
 
-use isochor_core::{Method, Outside};
+use isochor_core::{Cost, Limit, Method, Outside};
 use pyo3::inspect::{PyStaticConstant, PyStaticExpr};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
@@ -106,14 +106,16 @@ pub(crate) struct MethodWord(pub(crate) Method);
 
 impl FromPyObject<'_, '_> for MethodWord {
     type Error = PyErr;
-    const INPUT_TYPE: PyStaticExpr = literal!("balanced", "sweep");
+    const INPUT_TYPE: PyStaticExpr = literal!("balanced", "sweep", "gradient", "nearest");
 
     fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
         match word(&object).as_str() {
             "sweep" => Ok(Self(Method::Sweep)),
             "balanced" => Ok(Self(Method::Balanced)),
+            "gradient" => Ok(Self(Method::Gradient)),
+            "nearest" => Ok(Self(Method::Nearest)),
             other => Err(VolumeError::new_err(format!(
-                "method: found {other:?}, expected \"balanced\" or \"sweep\""
+                "method: found {other:?}, expected \"balanced\", \"sweep\", \"gradient\" or \"nearest\""
             ))),
         }
     }
@@ -124,6 +126,44 @@ pub(crate) fn method_name(method: Method) -> &'static str {
     match method {
         Method::Sweep => "sweep",
         Method::Balanced => "balanced",
+        Method::Gradient => "gradient",
+        Method::Nearest => "nearest",
+    }
+}
+
+/// `cost`.
+pub(crate) struct CostWord(pub(crate) Cost);
+
+impl FromPyObject<'_, '_> for CostWord {
+    type Error = PyErr;
+    const INPUT_TYPE: PyStaticExpr = literal!("points", "surface", "bending");
+
+    fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        match word(&object).as_str() {
+            "points" => Ok(Self(Cost::Points)),
+            "surface" => Ok(Self(Cost::Surface)),
+            "bending" => Ok(Self(Cost::Bending)),
+            other => Err(VolumeError::new_err(format!(
+                "cost: found {other:?}, expected \"points\", \"surface\" or \"bending\""
+            ))),
+        }
+    }
+}
+
+/// `limit`.
+pub(crate) struct LimitWord(pub(crate) Limit);
+
+impl FromPyObject<'_, '_> for LimitWord {
+    type Error = PyErr;
+    const INPUT_TYPE: PyStaticExpr = literal!("unfolded");
+
+    fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        match word(&object).as_str() {
+            "unfolded" => Ok(Self(Limit::Unfolded)),
+            other => {
+                Err(VolumeError::new_err(format!("limit: found {other:?}, expected None or \"unfolded\"")))
+            }
+        }
     }
 }
 

@@ -6,7 +6,7 @@ it was (:meth:`Binding.preserve`). The method is that of Hahmann, Bonneau, Barbi
 FFD for programmable graphics hardware* (2012).
 """
 
-from ._native import Binding, Device, Elastic, Lattice, Preserved, __version__, devices
+from ._native import Binding, Device, Elastic, Folds, Lattice, Pins, Preserved, __version__, devices
 from .errors import DeviceError, ElasticError, Error, LatticeError, MeshError, PinError, UnknownDeviceError, VolumeError
 
 __all__ = [
@@ -16,10 +16,12 @@ __all__ = [
     "Elastic",
     "ElasticError",
     "Error",
+    "Folds",
     "Lattice",
     "LatticeError",
     "MeshError",
     "PinError",
+    "Pins",
     "Preserved",
     "UnknownDeviceError",
     "VolumeError",

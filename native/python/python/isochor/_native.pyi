@@ -7,10 +7,21 @@ The native half of isochor.
 from collections.abc import Sequence
 from typing import Final, Literal, SupportsFloat, SupportsIndex, final
 
-from numpy import bool_, float32, float64
+from numpy import bool_, float32, float64, int32
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["__version__", "Binding", "Device", "Elastic", "Lattice", "Preserved", "copy_bandwidth", "devices"]
+__all__ = [
+    "__version__",
+    "Binding",
+    "Device",
+    "Elastic",
+    "Folds",
+    "Lattice",
+    "Pins",
+    "Preserved",
+    "copy_bandwidth",
+    "devices",
+]
 
 __version__: Final[str]
 
@@ -20,6 +31,16 @@ class Binding:
     A mesh embedded in a lattice, made by `Lattice.bind`. May be used from several threads.
     """
     def __repr__(self, /) -> str: ...
+    @property
+    def body_count(self, /) -> int:
+        """
+        Number of bodies that keep a volume each; 1 where bodies=None.
+        """
+    @property
+    def body_of_triangle(self, /) -> NDArray[int32]:
+        """
+        Body of each triangle, int32 (F,); -1 for those of no body, which deform along.
+        """
     def deform(self, /, control: ArrayLike) -> NDArray[float32 | float64]:
         """
         Deforms: vertices (V, 3), in the type of those bound, that control points (nu, nv, nw, 3) give: equation (1) of the
@@ -52,15 +73,15 @@ class Binding:
         control: ArrayLike,
         axes: ArrayLike | None = None,
         frame: ArrayLike | None = None,
-        method: Literal["balanced", "sweep"] = ...,
+        method: Literal["balanced", "sweep", "gradient", "nearest"] = ...,
         weights: ArrayLike | None = None,
-        pins: ArrayLike | None = None,
-        target: SupportsFloat | SupportsIndex | None = None,
+        pins: Pins | tuple[ArrayLike, ArrayLike] | None = None,
+        target: SupportsFloat | SupportsIndex | ArrayLike | None = None,
         amount: SupportsFloat | SupportsIndex = ...,
     ) -> Preserved:
         """
-        Deforms and corrects the control points so that the volume is the target, exactly: Problem 1 of the volume paper,
-        equations (13)-(17).
+        Deforms and corrects the control points so that the volume of every body is its target, exactly: Problems 1 and 2 of the
+        volume paper, equations (13)-(24), with one row for each body.
 
         control (nu, nv, nw, 3): the control points asked for.
         axes: shares of x, y, z in the correction, not negative, normalised; an axis with share 0 is not touched.
@@ -68,16 +89,24 @@ class Binding:
         method: "balanced" (geometric steps; keeps round things round; falls back to "sweep" where the volume changes sign)
         or "sweep" (the paper's).
         weights (nu, nv, nw): positive; large keeps a control point, inf freezes it (Remark 2).
-        pins: must be None; direct manipulation is not available.
-        target: the volume to reach; None for reference_volume.
-        amount: 0 leaves the volume as deformed, 1 (if not given) reaches the target.
+        pins: isochor.Pins, or (indices (m,), targets (m, 3)) of vertices: these points land exactly on their targets, whatever the
+        shares (Problem 2, equations (20)-(24), for any number of pins).
+        target: the volume to reach, or one for each body (bodies,); one number with several bodies is their sum, shared in proportion
+        to reference_volumes. None for reference_volumes.
+        amount: 0 leaves the volume as deformed and pinned, 1 (if not given) reaches the target. Pins alone (amount 0) need no closed
+        mesh.
 
-        Raises VolumeError, LatticeError, MeshError.
+        Raises PinError for pins that are repeated, contradict each other or cannot move, VolumeError, LatticeError, MeshError.
         """
     @property
     def reference_volume(self, /) -> float:
         """
-        Signed volume of the mesh as bound. Raises MeshError where the triangles enclose no volume.
+        Signed volume of the mesh as bound, of all bodies together. Raises MeshError where the triangles enclose no volume.
+        """
+    @property
+    def reference_volumes(self, /) -> NDArray[float64]:
+        """
+        Signed volume of each body as bound, float64 (bodies,). Raises MeshError where the triangles enclose no volume.
         """
     @property
     def rest(self, /) -> NDArray[float64]:
@@ -95,14 +124,18 @@ class Binding:
         """
         Embeds anew what is given and keeps what is not: vertices (V, 3) of the same mesh in new positions, another lattice,
         another influence (V,), other control points at rest (nu, nv, nw, 3). Cheaper than a new bind, for the topology is not
-        looked at again. Raises MeshError, and LatticeError where control points at rest, also those kept, do not fit the
+        looked at again, and the bodies stay those that bind found. Raises MeshError, and LatticeError where control points at rest, also those kept, do not fit the
         lattice; then leaves the binding as it was.
         """
     def volume(self, /, control: ArrayLike) -> float:
         """
-        Signed volume of the vertices that `deform` gives for control points (nu, nv, nw, 3), summed in float64; positive where
-        the triangles wind counter-clockwise seen from outside. Equation (5). Raises MeshError where the triangles enclose no
-        volume.
+        Signed volume of the vertices that `deform` gives for control points (nu, nv, nw, 3), summed in float64, of all bodies
+        together, caps included; positive where the triangles wind counter-clockwise seen from outside. Equation (5). Raises MeshError
+        where the triangles enclose no volume.
+        """
+    def volumes(self, /, control: ArrayLike) -> NDArray[float64]:
+        """
+        The same of each body, float64 (bodies,).
         """
 
 @final
@@ -238,6 +271,36 @@ class Elastic:
         """
 
 @final
+class Folds:
+    """
+    Where a shaped lattice folds over, or that it does not: the result of `Lattice.folds`. True where it is known to fold.
+    """
+    def __bool__(self, /) -> bool: ...
+    def __repr__(self, /) -> str: ...
+    @property
+    def parameters(self, /) -> NDArray[float64]:
+        """
+        Parameters (s, t, u), float64 (K, 3), where the determinant has the wrong sign: in each cell that folds, those of a regular grid
+        of at least sixteen along each axis of the domain; or one, where the fold is too small for that.
+        """
+    @property
+    def points(self, /) -> NDArray[float64]:
+        """
+        Where the lattice takes them, float64 (K, 3).
+        """
+    @property
+    def undecided(self, /) -> NDArray[float64]:
+        """
+        Where it is undecided, float64 (K, 3): for each such cell of the lattice, where it takes the middle of a piece left open.
+        """
+    @property
+    def verdict(self, /) -> str:
+        """
+        "unfolded": proved to fold nowhere, locally; "folded": there are points; "undecided": neither proved nor found, because the
+        determinant comes too near to zero somewhere, as in a shape that is flat in a place.
+        """
+
+@final
 class Lattice:
     """
     A free-form deformation lattice: a box of space, or its image under an affine map, with a spline over it.
@@ -292,6 +355,8 @@ class Lattice:
         outside: Literal["keep", "extend"] = ...,
         influence: ArrayLike | None = None,
         rest: ArrayLike | None = None,
+        bodies: Literal["islands"] | ArrayLike | None = None,
+        caps: bool = False,
     ) -> Binding:
         """
         Embeds a mesh: everything that stays fixed while the control points move is computed here.
@@ -308,6 +373,12 @@ class Lattice:
         the lattice is bound in that shape: each vertex inside is embedded at the parameters that `invert` gives, and moves by
         influence * sum B (control - rest), so that an affine motion of the shape is that motion of the mesh. Vertices not inside the
         shape are outside.
+
+        bodies: None where all triangles enclose one volume; "islands": every piece that is connected by shared vertices and closed
+        keeps a volume of its own, and open and flat ones have none and deform along; or (F,) integers, the body of each triangle, 0 to
+        count - 1, -1 for those of none. The border of a labelled region is closed by caps.
+        caps: True closes every hole by a virtual fan of triangles about the mean of the vertices around it; with False a hole is a
+        MeshError where a volume is asked for.
 
         Raises MeshError, LatticeError for a wrong rest, and DeviceError for an unknown device.
         """
@@ -326,6 +397,32 @@ class Lattice:
         Positions, float64 (V, 3), that control points (nu, nv, nw, 3) give to parameters (V, 3): equation (1) of the volume
         paper. Parameters outside [0, 1] follow the nearest ones inside. Raises LatticeError.
         """
+    def falloff(
+        self, /, points: ArrayLike, distance: SupportsFloat | SupportsIndex, control: ArrayLike | None = None
+    ) -> NDArray[float64]:
+        """
+        Weights for `Binding.preserve`, float64 (nu, nv, nw), that keep the correction near points (m, 3): exp(d / distance), where d is a
+        control point's distance from the nearest of them (figure 7 of the volume paper). control (nu, nv, nw, 3): where the control
+        points stand; None for `rest`.
+
+        Where all weights were above exp(600) they are divided by one factor, which changes no correction; those that are infinite even
+        so freeze their control points. Raises LatticeError.
+        """
+    def folds(self, /, control: ArrayLike, rest: ArrayLike | None = None, depth: ArrayLike | None = None) -> Folds:
+        """
+        Whether the lattice shaped by control points (nu, nv, nw, 3) folds over, and where: where the determinant of the map's derivative
+        has another sign than that of the lattice's frame.
+
+        rest (nu, nv, nw, 3): the shape that the lattice was bound in, from which the map is measured; None for `Lattice.rest`. In a cell in
+        which that shape itself is not proved to be unfolded, the answer is undecided.
+        depth: how often each cell of the lattice is halved along each axis at most, 0 to 24; 12 if not given. Only what the coarser
+        pieces leave open is halved.
+
+        "unfolded" is a proof, for every parameter in the domain: by Bernstein coefficients, with bounds on rounding. It is a local one. A lattice
+        bent round by more than 360 degrees overlaps itself without folding anywhere, and is unfolded.
+
+        Raises LatticeError.
+        """
     def invert(self, /, points: ArrayLike, control: ArrayLike) -> tuple[NDArray[float64], NDArray[bool_]]:
         """
         The way back of `evaluate`: for points (V, 3) the parameters, float64 (V, 3), at which the lattice shaped by control points
@@ -338,6 +435,17 @@ class Lattice:
         other.
 
         Raises LatticeError, and MeshError for points that are not finite.
+        """
+    def loss_weights(
+        self, /, control: ArrayLike, rest: ArrayLike | None = None, floor: SupportsFloat | SupportsIndex = ...
+    ) -> NDArray[float64]:
+        """
+        Weights for `Binding.preserve`, float64 (nu, nv, nw), with which the correction goes where the volume went: small where the lattice
+        shaped by control (nu, nv, nw, 3) has another local volume than at rest, or than shaped by rest (nu, nv, nw, 3).
+
+        The change e of a control point is |integral of B (det J - det J at rest)| / integral of B |det J at rest|, with J the map's
+        derivative and B the point's basis function; its weight is 1 / (floor + (1 - floor) e / (largest e)), from 1 where most
+        changed to 1 / floor where nothing did. Without any change all weights are 1. floor: above 0, up to 1. Raises LatticeError.
         """
     @property
     def origin(self, /) -> NDArray[float64]:
@@ -358,6 +466,21 @@ class Lattice:
         """
         Number of control points along s, t, u.
         """
+
+@final
+class Pins:
+    """
+    Points of the surface and where the deformed surface must have them, for `Binding.preserve`: direct manipulation, Problem 2
+    of the volume paper.
+
+    indices (m,): vertices; or with barycentric (m, 3), triangles of the binding, each with coordinates of its corners that sum
+    to 1. targets (m, 3): positions in the lattice's space.
+
+    Raises PinError for negative indices, other shapes, NaN or infinity.
+    """
+    def __len__(self, /) -> int: ...
+    def __new__(cls, /, indices: ArrayLike, targets: ArrayLike, barycentric: ArrayLike | None = None) -> Pins: ...
+    def __repr__(self, /) -> str: ...
 
 @final
 class Preserved:
@@ -382,9 +505,15 @@ class Preserved:
         Seconds that the GPU's kernels took by its own clock, or None.
         """
     @property
+    def distance(self, /) -> float:
+        """
+        How far the correction moved the control points, pins' part included: sqrt(sum of weight times squared distance), where
+        the lightest weight counts as 1.
+        """
+    @property
     def error(self, /) -> float:
         """
-        |volume - target| / |target|, measured on `vertices` in float64 when asked for.
+        |volume - target| / |target|, the largest over the bodies, measured on `vertices` in float64 when asked for.
         """
     @property
     def iterations(self, /) -> int:
@@ -399,7 +528,12 @@ class Preserved:
     @property
     def target(self, /) -> float:
         """
-        Volume that was aimed at, after `amount`.
+        Volume that was aimed at, after `amount`; 0 where pins alone were wanted of a mesh that encloses nothing.
+        """
+    @property
+    def targets(self, /) -> NDArray[float64]:
+        """
+        Volume of each body that was aimed at, after `amount`, float64 (bodies,).
         """
     @property
     def vertices(self, /) -> NDArray[float32 | float64]:
@@ -409,7 +543,12 @@ class Preserved:
     @property
     def volume(self, /) -> float:
         """
-        Signed volume of `vertices`, measured in float64 when asked for.
+        Signed volume of `vertices`, of all bodies together, measured in float64 when asked for.
+        """
+    @property
+    def volumes(self, /) -> NDArray[float64]:
+        """
+        Signed volume of each body, float64 (bodies,), measured on `vertices` in float64 when asked for.
         """
 
 def copy_bandwidth(name: str) -> float:
