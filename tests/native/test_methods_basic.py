@@ -56,5 +56,5 @@ def test_unfolded_stops_before_the_fold_and_tells_what_is_missing():
 
 @pytest.mark.parametrize("word", ["method", "cost", "limit"])
 def test_unknown_words_are_refused(word):
-    with pytest.raises(VolumeError, match=f"{word}: found \"furthest\""):
+    with pytest.raises(VolumeError, match=f'{word}: found "furthest"'):
         SPEC.build().bind(*MESH).preserve(squashed(), **{word: "furthest"})

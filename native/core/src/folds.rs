@@ -96,7 +96,8 @@ impl<'a> FoldTest<'a> {
         let mut test = Self::new(lattice, rest)?;
         lattice.check_control("control", control)?;
         let signs = test.search(control, DEPTH).signs();
-        let kept = signs.into_iter().enumerate().map(|(cell, sign)| sign.filter(|_| sign == test.wanted.of(cell)));
+        let kept =
+            signs.into_iter().enumerate().map(|(cell, sign)| sign.filter(|_| sign == test.wanted.of(cell)));
         test.wanted = Wanted::Kept(kept.collect());
         Ok(test)
     }

@@ -4,7 +4,9 @@
 
 mod shared;
 
-use isochor_core::{AxisBasis, Binding, Cost, DVec3, Error, Lattice, Method, Outside, PinPoint, Pins, Preserve};
+use isochor_core::{
+    AxisBasis, Binding, Cost, DVec3, Error, Lattice, Method, Outside, PinPoint, Pins, Preserve,
+};
 use shared::{Mesh, bases, bumpy_ball, noise, slanted, volume};
 
 const METHODS: [Method; 4] = [Method::Sweep, Method::Balanced, Method::Gradient, Method::Nearest];
@@ -43,7 +45,8 @@ fn every_cost_and_method_keeps_volume_pins_and_frozen_points() {
             targets: vec![DVec3::from_array(mesh.vertices[7]) * 1.1],
         };
         let is_frozen = |p: usize| p % 7 == 0;
-        let weights = (0..lattice.len()).map(|p| if is_frozen(p) { f64::INFINITY } else { 1.0 + (p % 5) as f64 });
+        let weights =
+            (0..lattice.len()).map(|p| if is_frozen(p) { f64::INFINITY } else { 1.0 + (p % 5) as f64 });
         let weights: Vec<f64> = weights.collect();
         for cost in [Cost::Surface, Cost::Bending] {
             for method in METHODS {
@@ -63,7 +66,6 @@ fn every_cost_and_method_keeps_volume_pins_and_frozen_points() {
                 (0..lattice.len())
                     .filter(|&p| is_frozen(p))
                     .for_each(|p| assert_eq!(outcome.control[p], control[p]));
-                println!("{name} {cost:?} {method:?} {:?} {} {}", outcome.method, outcome.distance, outcome.iterations);
             }
         }
     }
@@ -82,8 +84,8 @@ fn the_surface_moves_least_where_that_is_the_cost() {
         };
         let costs = [Cost::Surface, Cost::Points, Cost::Bending];
         let [by_surface, by_points, by_bending] = costs.map(|cost| run(cost, Method::Nearest));
-        let ways = [&by_surface, &by_points, &by_bending].map(|found| moved(&binding, &control, &found.control));
-        println!("{name} {ways:?} {:?}", [&by_surface, &by_points, &by_bending].map(|f| (f.distance, f.iterations)));
+        let ways =
+            [&by_surface, &by_points, &by_bending].map(|found| moved(&binding, &control, &found.control));
         assert!(ways[0] < ways[1] * 1.0001 && ways[0] < ways[2] * 1.0001, "{name}: {ways:?}");
         assert!(by_points.distance <= by_surface.distance && by_points.distance <= by_bending.distance);
         for method in METHODS {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-//! Symmetric matrices over a lattice's control points that couple only points of a common cell, column by column, lower halves.
+//! Symmetric matrices over a lattice's control points that couple only points near each other, column by column, lower halves.
 
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
@@ -8,10 +8,10 @@ use crate::lattice::Lattice;
 /// so many, and one of Bernstein polynomials of 19.
 pub(crate) const MOST_NUMBERS: usize = 30_000_000;
 
-/// The lower half: of every control point the later ones that share a cell with it.
+/// The lower half: of every control point the later ones within reach of it.
 pub(crate) struct Band {
     shape: [usize; 3],
-    /// How far apart along each axis points of a common cell lie at most.
+    /// How far apart along each axis coupled points lie at most.
     reach: [usize; 3],
     /// Where each column starts.
     starts: Vec<usize>,
@@ -19,13 +19,12 @@ pub(crate) struct Band {
 }
 
 impl Band {
-    /// All zero.
+    /// All zero. `reach`: the degrees, where points of a common cell are coupled.
     ///
     /// # Errors
     /// [`Error::Lattice`] where it would be too large to factorise.
-    pub(crate) fn new(lattice: &Lattice) -> Result<Self> {
+    pub(crate) fn new(lattice: &Lattice, reach: [usize; 3]) -> Result<Self> {
         let shape = lattice.shape();
-        let reach = lattice.axes().each_ref().map(|axis| axis.degree());
         let mut band = Self { shape, reach, starts: vec![0], values: Vec::new() };
         let mut count = 0usize;
         for q in 0..lattice.len() {
@@ -57,7 +56,7 @@ impl Band {
         (on_k + 1) + on_j * wide + on_i * (back_j + on_j + 1) * wide
     }
 
-    /// Place of an entry; the row must not come before the column, and must share a cell with it.
+    /// Place of an entry; the row must not come before the column, and must be within reach of it.
     fn place(&self, row: [usize; 3], column: [usize; 3], start: usize) -> usize {
         let [back_j, on_j] = self.sides(1, column[1]);
         let [back_k, on_k] = self.sides(2, column[2]);

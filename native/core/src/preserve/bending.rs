@@ -18,7 +18,9 @@ type Products = [[Vec<Vec<f64>>; 3]; 3];
 
 /// The matrix of the energy.
 pub(crate) fn bending(lattice: &Lattice) -> Result<Band> {
-    let mut band = Band::new(lattice)?;
+    // Creases of polygons couple three points in a row, which share no cell.
+    let reach = |axis: &AxisBasis| if axis.degree() == 1 { 2 } else { axis.degree() };
+    let mut band = Band::new(lattice, lattice.axes().each_ref().map(reach))?;
     let products = lattice.axes().each_ref().map(products);
     let terms = terms(lattice.edges());
     let shape = lattice.shape();
@@ -69,14 +71,16 @@ fn terms(edges: DMat3) -> Vec<([[usize; 2]; 3], f64)> {
 
 fn products(axis: &AxisBasis) -> Products {
     let (count, degree) = (axis.count(), axis.degree());
-    let mut products: Products = std::array::from_fn(|_| std::array::from_fn(|_| vec![vec![0.0; count]; count]));
+    let mut products: Products =
+        std::array::from_fn(|_| std::array::from_fn(|_| vec![vec![0.0; count]; count]));
     let rule = gauss(degree + 1);
     for cell in 0..axis.cells() {
         let first = axis.first_point(cell);
         let (start, end) = (axis.knots()[first + degree], axis.knots()[first + degree + 1]);
         for &(at, weight) in &rule {
             let t = start + (end - start) * at;
-            let derivatives = [0, 1, 2].map(|order| derivatives(axis.knots(), degree, first + degree, t, order));
+            let derivatives =
+                [0, 1, 2].map(|order| derivatives(axis.knots(), degree, first + degree, t, order));
             for (r, left) in derivatives.iter().enumerate() {
                 for (s, right) in derivatives.iter().enumerate() {
                     add_outer(&mut products[r][s], first, left, right, weight * (end - start));
@@ -119,8 +123,11 @@ fn derivatives(knots: &[f64], degree: usize, m: usize, t: f64, order: usize) -> 
         for (r, function) in functions.iter().enumerate() {
             let (left, right) = (knots[m + 1 + r - q], knots[m + 1 + r]);
             let part = function / (right - left);
-            let [falling, rising] =
-                if is_value { [(right - t) * part, (t - left) * part] } else { [-(q as f64) * part, q as f64 * part] };
+            let [falling, rising] = if is_value {
+                [(right - t) * part, (t - left) * part]
+            } else {
+                [-(q as f64) * part, q as f64 * part]
+            };
             raised[r] += falling;
             raised[r + 1] += rising;
         }
@@ -200,13 +207,10 @@ mod tests {
 
     #[test]
     fn known_functions_have_their_energy_and_affine_ones_none() {
-        let axes = [
-            AxisBasis::uniform(6, 3),
-            AxisBasis::clamped(5, 2),
-            AxisBasis::bernstein(5),
-        ]
-        .map(|axis| axis.unwrap_or_else(|error| unreachable!("{error}")));
-        let cube = Lattice::new(axes.clone(), DVec3::ZERO, DMat3::IDENTITY).unwrap_or_else(|e| unreachable!("{e}"));
+        let axes = [AxisBasis::uniform(6, 3), AxisBasis::clamped(5, 2), AxisBasis::bernstein(5)]
+            .map(|axis| axis.unwrap_or_else(|error| unreachable!("{error}")));
+        let cube =
+            Lattice::new(axes.clone(), DVec3::ZERO, DMat3::IDENTITY).unwrap_or_else(|e| unreachable!("{e}"));
         // s^2 has 4, s t has 2, s^2 + t^2 + u^2 + s t has 12 + 2, times the volume, 1.
         assert!((energy(&cube, &values(&cube, |[s, _, _]| s[1])) - 4.0).abs() < 1e-12);
         let mixed = values(&cube, |[s, t, u]| s[1] + t[1] + u[1] + s[0] * t[0]);
@@ -229,7 +233,7 @@ mod tests {
         let along = |p: usize| p / 16;
         let straight: Vec<f64> = (0..64).map(|p| along(p) as f64).collect();
         let creased: Vec<f64> = (0..64).map(|p| along(p).abs_diff(1) as f64).collect();
-        assert!(energy(&lattice, &straight).abs() < 1e-12);
+        assert!(energy(&lattice, &straight).abs() < 1e-10);
         // One step of the slope by 2 / (1/3), spread over 1/3.
         assert!((energy(&lattice, &creased) - 36.0 * 3.0).abs() < 1e-10);
     }

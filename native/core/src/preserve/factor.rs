@@ -4,8 +4,8 @@
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
-    supernodal::SupernodalLltRef,
+    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky, supernodal::SupernodalLltRef,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Par, Side};
@@ -61,8 +61,9 @@ impl Factor {
                     "cost: the matrix of the cost is not positive definite ({error}); use cost \"points\""
                 ))
             })?;
-        Self::unpacked(&symbolic, &numbers)
-            .ok_or_else(|| Error::Lattice("cost: the matrix of the cost has no factor; use cost \"points\"".into()))
+        Self::unpacked(&symbolic, &numbers).ok_or_else(|| {
+            Error::Lattice("cost: the matrix of the cost has no factor; use cost \"points\"".into())
+        })
     }
 
     /// The library's dense blocks as plain columns.
@@ -165,13 +166,14 @@ mod tests {
         let axis = |n, d| AxisBasis::uniform(n, d).unwrap_or_else(|error| unreachable!("{error}"));
         let lattice = Lattice::new([axis(5, 2), axis(3, 1), axis(4, 3)], DVec3::ZERO, DMat3::IDENTITY)
             .unwrap_or_else(|error| unreachable!("{error}"));
-        let mut band = Band::new(&lattice).unwrap_or_else(|error| unreachable!("{error}"));
+        let mut band = Band::new(&lattice, [2, 1, 3]).unwrap_or_else(|error| unreachable!("{error}"));
         let mut dense = vec![vec![0.0; 60]; 60];
         for column in 0..60 {
             let mut rows = Vec::new();
             band.for_column(column, |row, _| rows.push(row));
             for row in rows {
-                let value = if row == column { 80.0 + row as f64 } else { ((row * 7 + column * 3) % 5) as f64 - 2.0 };
+                let value =
+                    if row == column { 80.0 + row as f64 } else { ((row * 7 + column * 3) % 5) as f64 - 2.0 };
                 band.add(row, column, value);
                 (dense[row][column], dense[column][row]) = (value, value);
             }
