@@ -16,6 +16,7 @@ sys.path[:0] = [str(ROOT / "addon" / "demo"), str(ROOT / "blend_fixtures")]
 from figure_table import method_rows  # noqa: E402
 from models.casket import make_casket  # noqa: E402
 from models.cup import make_cup  # noqa: E402
+from models.goblin import make_goblin  # noqa: E402
 from models.screwdriver import make_screwdriver  # noqa: E402
 from models.twist_cube import make_twist_cube  # noqa: E402
 
@@ -49,6 +50,13 @@ def test_models_are_watertight_and_as_large_as_the_papers(make, points, handles)
     assert model.genus == handles
     # The cup's points come from a grid: another rounding may add or drop one.
     assert len(model.points) == pytest.approx(points, abs=10 if handles else 0)
+
+
+def test_the_goblin_is_watertight_and_fine():
+    model = make_goblin()
+    assert model.is_closed
+    assert model.genus == 0
+    assert len(model.points) > 20_000
 
 
 def test_figure_1_loses_what_the_paper_says_and_stays_on_the_ground():
@@ -118,6 +126,17 @@ def test_figure_6_loses_two_thirds_and_keeps_top_and_bottom_flat_horizontally():
         assert flat["top off flat"] == 0.0
         assert max(flat["bottom off flat"], flat["moved in z"]) <= ROUNDED_ZERO
     assert rows["vertical only", figure.last].measures["top off flat"] > 0.5
+
+
+def test_figure_7_pulls_the_ear_and_a_local_correction_leaves_the_head_alone():
+    figure = build(7)
+    rows = measured(figure, 1, figure.last)
+    plain, general, local = (rows[variant.name, figure.last] for variant in figure.variants)
+    assert max(row.measures["pin missed"] for row in rows.values()) <= EXACT
+    assert plain.plain_change > 0.05
+    assert plain.measures["head moved"] > 0.04
+    assert general.measures["head moved"] > 0.02
+    assert local.measures["head moved"] < 0.25 * plain.measures["head moved"]
 
 
 def test_methods_are_all_exact_and_the_nearest_is_the_shortest():

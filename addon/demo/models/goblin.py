@@ -11,10 +11,10 @@ SPACING = 0.0225
 EAR = [(0.38, 0.1, 1.3), (0.66, 0.14, 1.56), (0.92, 0.12, 1.86), (1.12, 0.06, 2.2)]
 """The middle of the ear from the head to its tip, on the side of +x."""
 EAR_RADII, HOLLOW_RADII = [0.15, 0.25, 0.18, 0.065], [0.05, 0.155, 0.085, 0.0]
-PIECES = 14
+PIECES = 24
 """Places along an ear."""
-EAR_BACK = 0.17
-"""In y, behind which an ear is green."""
+EAR_BACK, EAR_PINK_FROM = 0.17, 1.42
+"""In y and z: behind and below that an ear is green outside and inside."""
 EAR_THIN = 2.2
 """How much flatter than wide an ear is."""
 BROW = [(0.06, -0.5, 1.2), (0.26, -0.47, 1.28), (0.46, -0.3, 1.3)]
@@ -29,7 +29,7 @@ def make_goblin() -> Model:
     """Stands on z = 0 with its neck, looks along -y. Values: eye, pupil, nose, inner ear, muzzle."""
     points, triangles = surface(_distance, (-1.3, -1.1, -0.1), (1.3, 0.8, 2.4), SPACING)
     mirrored = _mirrored(points)
-    seen = chain(mirrored[:, [0, 2]], [(x, z) for x, _, z in arc(EAR, PIECES)][4:], list(_spread(HOLLOW_RADII))[4:])
+    seen = np.maximum(_ear(mirrored, HOLLOW_RADII, thin=0.0), EAR_PINK_FROM - mirrored[:, 2])
     values = {
         "eye": _from(mirrored, EYE) - EYE_RADIUS - 0.006,
         "pupil": _from(mirrored, PUPIL) - 0.06,
@@ -71,16 +71,17 @@ def _from(points: Array, place: tuple[float, float, float]) -> Array:
     return found
 
 
-def _ear(points: Array, radii: list[float]) -> Array:
-    """A flat, pointed ear; near its surface the distance."""
-    flat = (points - np.array(EAR[0])) * np.array([1.0, EAR_THIN, 1.0]) + np.array(EAR[0])
-    places = [(x, EAR[0][1] + EAR_THIN * (y - EAR[0][1]), z) for x, y, z in arc(EAR, PIECES)]
-    return chain(flat, places, list(_spread(radii))) / 1.4
-
-
-def _spread(radii: list[float]) -> Array:
-    """Radii along the ear, from those at its four places."""
-    return np.array(arc([(radius,) for radius in radii], PIECES))[:, 0]
+def _ear(points: Array, radii: list[float], thin: float = EAR_THIN) -> Array:
+    """A flat, pointed ear; near its surface about the distance. ``thin``: how much flatter than wide."""
+    middle = np.array(arc(EAR, PIECES))
+    radius = np.array(arc([(value,) for value in radii], PIECES))[:, 0]
+    way = middle[-1] - middle[0]
+    along = np.clip((points - middle[0]) @ way, 0.0, way @ way)
+    places = (middle - middle[0]) @ way
+    off = points - np.stack([np.interp(along, places, column) for column in middle.T], axis=-1)
+    off[..., 1] *= thin
+    found: Array = (np.sqrt((off**2).sum(axis=-1)) - np.interp(along, places, radius)) / 1.4
+    return found
 
 
 def _mirrored(points: Array) -> Array:

@@ -271,7 +271,8 @@ fn all_together<P: Passes>(
         return None;
     }
     let plan = correction.plan;
-    let row = |(body, row): (usize, &Vec<f64>)| (plan.metric.whitened(row), correction.scale_of(body).no_area());
+    let row =
+        |(body, row): (usize, &Vec<f64>)| (plan.metric.whitened(row), correction.scale_of(body).no_area());
     let rows: Vec<(Vec<f64>, f64)> = now.rows.iter().enumerate().map(row).collect();
     let values: Vec<f64> = changes.iter().map(|change| change / plan.determinant).collect();
     let delta = plan.metric.displacement(&shortest(pins, solution, &rows, &values)?);
