@@ -6,8 +6,9 @@ handlers again.
 """
 
 import bpy
-import isochor
 from bpy.app.handlers import persistent
+
+import isochor
 
 from . import mixed_up, node_group, rest, stack, state
 
