@@ -38,11 +38,10 @@ fn a_squashed_sphere_moves_as_far_as_known() {
         for (method, known) in [Method::Sweep, Method::Gradient, Method::Nearest].into_iter().zip(known) {
             let (outcome, error) = run(&binding, &control, &Preserve { method, ..Preserve::default() });
             assert_eq!(outcome.method, method);
-            assert!(
-                (outcome.distance / known - 1.0).abs() < 0.02,
-                "{factor} {method:?}: {} {known}",
-                outcome.distance
-            );
+            let ratio = outcome.distance / known;
+            // The nearest known breaks one symmetry; there may be shorter ones that break more.
+            let least = if method == Method::Nearest { 0.9 } else { 0.98 };
+            assert!((least..1.02).contains(&ratio), "{factor} {method:?}: {} {known}", outcome.distance);
             assert!(error < 1e-12);
         }
     }
