@@ -258,7 +258,8 @@ pub(crate) fn step<P: Passes>(
     Ok(moved)
 }
 
-/// The displacement for many bodies at once, if there is nothing about any of them that the longer way must tell.
+/// The displacement for many bodies at once, if there is nothing about any of them that the longer way must tell: also what a factored
+/// cost loses to rounding.
 fn all_together<P: Passes>(
     correction: &Correction<'_, P>,
     pins: &Basis,
@@ -267,7 +268,7 @@ fn all_together<P: Passes>(
     changes: &[f64],
     wild: f64,
 ) -> Option<Vec<f64>> {
-    if changes.len() < MANY {
+    if changes.len() < MANY || !correction.plan.metric.is_weighted() {
         return None;
     }
     let plan = correction.plan;
