@@ -39,6 +39,13 @@ const MAX_HALVINGS: u32 = 10;
 /// Fraction of the fall foretold that a step must keep (Armijo's usual constant).
 const ENOUGH: f64 = 1e-4;
 
+/// How far a place where the conditions are met is pushed off, as a fraction of the correction: enough to leave a saddle in a dozen
+/// iterations, little enough to come back to a minimum in as many.
+const PUSH: f64 = 0.05;
+
+/// By what fraction shorter the place must be that the push led to, to be another one.
+const LOWER: f64 = 1e-6;
+
 /// A correction found, to start from or to fall back on.
 struct Candidate {
     control: Vec<DVec3>,
@@ -73,8 +80,10 @@ pub(crate) fn nearest<P: Passes>(correction: &mut Correction<'_, P>) -> Result<S
             return Ok(Solved { targets: search.targets, method: Method::Nearest, rounds });
         }
     }
+    // The conditions could not be met to the last digit: the shortest of the others then.
+    let method = shorter_sweep(&mut search)?;
     correction.restart()?;
-    sweep(correction, Method::Balanced)
+    sweep(correction, method)
 }
 
 impl Candidate {
@@ -82,6 +91,17 @@ impl Candidate {
     fn new<P: Passes>(search: &Search<'_, '_, P>, q: Vec<f64>) -> Self {
         Self { control: search.correction.control.clone(), length: norm(&q), q }
     }
+}
+
+/// Which of the two sweeps is the shorter.
+fn shorter_sweep<P: Passes>(search: &mut Search<'_, '_, P>) -> Result<Method, P::Error> {
+    let mut length = |method: Method| -> Result<f64, P::Error> {
+        search.correction.restart()?;
+        sweep(search.correction, method)?;
+        Ok(norm(&search.found(&search.correction.control)))
+    };
+    let (balanced, swept) = (length(Method::Balanced)?, length(Method::Sweep)?);
+    Ok(if swept < balanced { Method::Sweep } else { Method::Balanced })
 }
 
 /// The shorter of the two sweeps.
@@ -102,7 +122,12 @@ fn descend_from<P: Passes>(
     from: Candidate,
     best: &mut Option<Candidate>,
 ) -> Result<u32, P::Error> {
-    let (place, rounds) = descend(search, from.q.clone())?;
+    let (mut place, mut rounds) = descend(search, from.q.clone())?;
+    let (other, more) = descend(search, pushed(search, &place.q))?;
+    rounds += more;
+    if norm(&other.q) < norm(&place.q) * (1.0 - LOWER) {
+        place = other;
+    }
     let found = settle(search, place)?.map(|q| Candidate::new(search, q));
     for candidate in found.into_iter().chain([from]) {
         if best.as_ref().is_none_or(|best| candidate.length < best.length) {
@@ -110,6 +135,15 @@ fn descend_from<P: Passes>(
         }
     }
     Ok(rounds)
+}
+
+/// A place off the one found, without its symmetries: symmetric shapes have saddles that nothing symmetric leaves. The pins stay.
+fn pushed<P: Passes>(search: &Search<'_, '_, P>, q: &[f64]) -> Vec<f64> {
+    // The fractional parts of multiples of the golden ratio: spread evenly, without a pattern that a lattice could have.
+    let noise = |i: usize| 2.0 * ((i + 1) as f64 * 0.618_033_988_749_894_9).fract() - 1.0;
+    let mut pushed: Vec<f64> = q.iter().enumerate().map(|(i, q)| q * (1.0 + PUSH * noise(i))).collect();
+    search.keep_pins(&mut pushed);
+    pushed
 }
 
 /// The conditions at a place.

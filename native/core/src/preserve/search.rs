@@ -16,6 +16,10 @@ use crate::preserve::sweep::{WILD, WILD_OF_SEVERAL, step};
 /// to be seen: what the last step adds to a displacement is of the same relative size.
 const SETTLED: f64 = 1e-11;
 
+/// So is a last step this much shorter than the correction, whatever the volumes: pins that hardly differ take digits of the
+/// displacement, and a mesh far from the origin takes digits of its volume, but neither shows in the shape.
+const UNSEEN: f64 = 1e-7;
+
 /// A correction's search space, at the place where pins alone have brought the mesh.
 pub(crate) struct Search<'c, 'a, P> {
     pub(crate) correction: &'c mut Correction<'a, P>,
@@ -106,11 +110,16 @@ impl<'c, 'a, P: Passes> Search<'c, 'a, P> {
             volumes = found.volumes;
         }
         for part in gradients.iter_mut().flat_map(|gradient| gradient.chunks_mut(count)) {
-            let mut white = plan.metric.whitened(part);
-            plan.pins.basis.project_off(&mut white);
+            let white = plan.metric.whitened(part);
             part.copy_from_slice(&white);
         }
+        gradients.iter_mut().for_each(|gradient| self.keep_pins(gradient));
         Ok(Place { q, volumes, gradients })
+    }
+
+    /// Takes from `q` what would move pins.
+    pub(crate) fn keep_pins(&self, q: &mut [f64]) {
+        q.chunks_mut(self.base.len()).for_each(|part| self.correction.plan.pins.basis.project_off(part));
     }
 
     /// How far each body's volume is from its target.
@@ -124,6 +133,12 @@ impl<'c, 'a, P: Passes> Search<'c, 'a, P> {
             let size = self.targets[body].abs() + self.before[body].abs();
             missing.abs() <= SETTLED * size + self.correction.slack(body, self.targets[body])
         })
+    }
+
+    /// Whether the shortest step from a place to the targets is nothing beside the correction that led there.
+    fn is_unseen(&self, volumes: &[f64], place: &Place) -> bool {
+        let mut steps = self.missing(volumes).into_iter().zip(&place.gradients);
+        steps.all(|(missing, gradient)| missing.abs() <= UNSEEN * norm(gradient) * norm(&place.q))
     }
 
     /// Whether the way from here to `q` is too long for any shape.
@@ -143,7 +158,7 @@ impl<'c, 'a, P: Passes> Search<'c, 'a, P> {
         }
         for axis in order {
             let now = self.correction.coefficients(axis)?;
-            if !self.is_settled(&now.volumes) {
+            if !self.is_settled(&now.volumes) && !self.is_unseen(&now.volumes, like) {
                 return Ok(false);
             }
             let moved = step(self.correction, axis, &now, &self.missing(&now.volumes))?;

@@ -258,8 +258,7 @@ pub(crate) fn step<P: Passes>(
     Ok(moved)
 }
 
-/// The displacement for many bodies at once, if there is nothing about any of them that the longer way must tell: also what a factored
-/// cost loses to rounding.
+/// The displacement for many bodies at once, if there is nothing about any of them that the longer way must tell.
 fn all_together<P: Passes>(
     correction: &Correction<'_, P>,
     pins: &Basis,
@@ -268,10 +267,11 @@ fn all_together<P: Passes>(
     changes: &[f64],
     wild: f64,
 ) -> Option<Vec<f64>> {
-    if changes.len() < MANY || !correction.plan.metric.is_weighted() {
+    let plan = correction.plan;
+    // A cost that couples control points leaves no row short, and what rounding takes of its solutions is put right elsewhere.
+    if changes.len() < MANY || !plan.metric.is_weighted() {
         return None;
     }
-    let plan = correction.plan;
     let row =
         |(body, row): (usize, &Vec<f64>)| (plan.metric.whitened(row), correction.scale_of(body).no_area());
     let rows: Vec<(Vec<f64>, f64)> = now.rows.iter().enumerate().map(row).collect();
