@@ -18,6 +18,8 @@ from .ui import (
     mirroring,
     overlay,
     physics,
+    pin_panel,
+    pinning,
     preferences,
     removing,
     sidebar,
@@ -29,8 +31,8 @@ from .ui import (
 )
 
 DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
-OPERATORS = (adding, fitting, binding, mirroring, *DRIVING, simulating, measuring, baking, applying, removing)
-PANELS = (sidebar, binding_panel, animate_panel, physics, bake_panel, overlay, volume_curve)
+OPERATORS = (adding, fitting, binding, mirroring, pinning, *DRIVING, simulating, measuring, baking, applying, removing)
+PANELS = (sidebar, binding_panel, pin_panel, animate_panel, physics, bake_panel, overlay, volume_curve)
 PARTS = (languages, preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
 
 

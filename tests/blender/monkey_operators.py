@@ -11,13 +11,16 @@ from monkey_scene import FRAMES, Scene
 
 MENUS = {
     "Reference": ("Rest", "Incoming"),
-    "Space": ("Global", "Object", "Lattice"),
-    "Method": ("Balanced", "Sweep"),
+    "Space": ("Global", "Object", "Lattice", "Custom"),
+    "Method": ("Balanced", "Sweep", "Gradient", "Nearest"),
+    "Cost": ("Points", "Surface", "Bending"),
     "Basis": ("Bernstein", "B-Spline"),
     "Outside": ("Keep", "Extend"),
     "Axis": ("X", "Y", "Z"),
     "Pivot": ("Bottom", "Centre", "Top"),
 }
+GROUP = "Some"
+"""Vertex group of lattices and of meshes."""
 MODIFIERS_AT_MOST = 3
 
 
@@ -164,14 +167,45 @@ def _values(scene: Scene) -> list[tuple[str, Any]]:
         ("Bend", choice((0.0, uniform(-1.5, 1.5)))),
         ("Bend Direction", uniform(-3.0, 3.0)),
         ("Lattice", choice([None, *scene.lattices() * 3])),
+        ("Frame", choice([None, *scene.empties(), *scene.lattices()])),
     ]
-    return found
+    return found + _values_of_bodies(scene)
+
+
+def _values_of_bodies(scene: Scene) -> list[tuple[str, Any]]:
+    """Of the inputs that divide the volume or lead the correction."""
+    uniform, choice = scene.random.uniform, scene.random.choice
+    return [
+        ("Islands", choice((True, False))),
+        ("Close Holes", choice((True, False))),
+        ("Region", choice(("", "", GROUP, "missing"))),
+        ("Region Target", uniform(0.8, 1.2)),
+        ("Stiffness", choice(("", "", GROUP, "missing"))),
+        ("Where Lost", choice((0.0, uniform(0.0, 1.0)))),
+        ("Unfolded", choice((True, False))),
+        ("Falloff", choice((0.0, uniform(0.2, 2.0)))),
+    ]
+
+
+def assign_group(scene: Scene, _folder: Path) -> str:
+    """Puts some points of a lattice, or the upper vertices of a mesh, into the group that Stiffness and Region name."""
+    pool = [obj for obj in (scene.some_lattice(), scene.some_mesh()) if obj is not None and obj.mode == "OBJECT"]
+    if not pool:
+        return NOTHING
+    obj = scene.random.choice(pool)
+    group = obj.vertex_groups.get(GROUP) or obj.vertex_groups.new(name=GROUP)
+    places = [point.co for point in obj.data.points] if obj.type == "LATTICE" else [v.co for v in obj.data.vertices]
+    height = scene.random.uniform(-0.5, 0.5)
+    chosen = [index for index, place in enumerate(places) if place.z > height]
+    group.add(chosen, scene.random.choice((1.0, 0.5, 0.3)), "REPLACE")
+    return f"group of {obj.name}"
 
 
 ACTIONS = {
     add: 9,
     remove: 3,
-    set_input: 12,
+    set_input: 14,
+    assign_group: 2,
     set_rest: 3,
     clear_rest: 1,
     fit_again: 2,

@@ -6,6 +6,7 @@ from typing import Any
 
 import bpy
 import numpy as np
+import pieces
 import scenes
 
 TOLERANCE = 1e-6
@@ -48,6 +49,9 @@ class Scene:
     def lattices(self) -> list[bpy.types.Object]:
         return [obj for obj in bpy.context.view_layer.objects if obj.type == "LATTICE"]
 
+    def empties(self) -> list[bpy.types.Object]:
+        return [obj for obj in bpy.context.view_layer.objects if obj.type == "EMPTY"]
+
     def users(self) -> list[bpy.types.Object]:
         return [obj for obj in self.meshes() if scenes.part("tool.stack").ours(obj)]
 
@@ -76,8 +80,10 @@ def kept(obj: bpy.types.Object) -> tuple[float, float] | None:
         return None
     if not all(map(scenes.part("tool.stack").is_ours, modifiers)):
         return None
+    if any(True for _loop in pieces.loops(pieces.triangles_of(obj.data))):
+        return None
     memory = scenes.part("tool.state").recall(obj, last)
-    if memory is None or memory.report.result is None or scenes.get_input(last, "Preserve") < 1.0:
+    if memory is None or not memory.report.keeps_volume or scenes.get_input(last, "Preserve") < 1.0:
         return None
     target = wanted(obj, modifiers, memory.report)
     reach = np.abs(scenes.evaluated_positions(obj) - memory.report.grid.to_object[:3, 3]).max()
@@ -89,10 +95,11 @@ def wanted(obj: bpy.types.Object, modifiers: list[bpy.types.Modifier], report: A
     """From the mesh itself where that is what entered and counts; else what the modifier says that it aims at."""
     last = obj.modifiers[-1]
     own_shape = len(modifiers) == 1 and obj.data.shape_keys is None
-    if own_shape and scenes.get_input(last, "Reference") == "Incoming":
+    one_volume = report.volumes.bodies == 1 and not report.missing and not scenes.get_input(last, "Region")
+    if own_shape and one_volume and scenes.get_input(last, "Reference") == "Incoming":
         evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).modifiers[last.name]
         return scenes.volume(obj.data) * float(scenes.get_input(evaluated, "Target"))
-    return float(report.volumes.target)
+    return float(report.volumes.target - report.missing)
 
 
 def area(obj: bpy.types.Object) -> float:

@@ -47,11 +47,15 @@ def test_sockets_have_the_names_and_panels_that_were_agreed():
             shown.setdefault(item.parent.name, []).append(item.name)
     assert shown == {
         "": ["Lattice", "Strength", "Vertex Group", "Invert"],
-        "Volume": ["Preserve", "Reference", "Target", "Axes", "Space", "Method"],
+        "Volume": [
+            *("Preserve", "Reference", "Target", "Axes", "Space", "Frame", "Method", "Cost", "Stiffness", "Where Lost"),
+            *("Islands", "Region", "Region Target", "Close Holes", "Unfolded"),
+        ],
+        "Pins": ["Pins", "Falloff"],
         "Animate": ["Axis", "Squash", "Taper", "Twist", "Bend", "Bend Direction", "Pivot"],
         "Interpolation": ["Basis", "Outside"],
     }
-    assert list(shown) == ["", "Volume", "Animate", "Interpolation"]
+    assert list(shown) == ["", "Volume", "Pins", "Animate", "Interpolation"]
     defaults = {name: scenes.get_input(ball.modifiers[0], name) for name in ("Preserve", "Reference", "Target")}
     assert defaults == {"Preserve": 1.0, "Reference": "Rest", "Target": 1.0}
     assert tuple(scenes.get_input(ball.modifiers[0], "Axes")) == (1.0, 1.0, 1.0)
@@ -193,7 +197,7 @@ def test_a_plane_gets_a_lattice_of_some_thickness_and_a_word_on_its_volume():
     assert bpy.ops.isochor.add() == {"FINISHED"}
     lattice = lattice_of(plane)
     assert lattice.scale.z > 0
-    assert "open" in scenes.report(plane, plane.modifiers[0]).problems[0]
+    assert "hole" in scenes.report(plane, plane.modifiers[0]).problems[0]
     for point in lattice.data.points:
         point.co_deform.x *= 2.0
     bpy.context.view_layer.update()

@@ -34,7 +34,7 @@ def test_open_mesh_deforms_and_the_message_says_to_close_it(capfd):
     squash(lattice)
     for frame in range(2, 5):
         bpy.context.scene.frame_set(frame)
-    assert "open" in problems(ball)
+    assert "hole" in problems(ball)
     assert "close" in problems(ball)
     assert height(ball) == pytest.approx(0.5 * np.ptp(scenes.positions(ball.data)[:, 2]), rel=1e-5)
     printed = capfd.readouterr().out

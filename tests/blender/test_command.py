@@ -238,7 +238,7 @@ def test_problems_of_the_modifier_fail_unless_they_are_allowed(tmp_path, capsys)
     for words in (bake, [*bake, "--part-of", "1-10"]):
         text = told(capsys, *words)
         assert "Nothing was written. Ball, 3 frames from 2 to 4: " in text
-        assert "open" in text
+        assert "hole" in text
         assert not [path for path in out.rglob("*") if path.is_file()]
     assert command(*bake, "--allow-problems") == 0
     assert names(out / "parts") == []

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files saved before the inputs of the panel Animate were there get them, and lose nothing."""
+"""Files saved before some of the inputs were there get them, and lose nothing."""
 
 from pathlib import Path
 
 import bpy
 import numpy as np
+import pytest
 import scenes
 
 ANIMATE = {
@@ -16,30 +17,52 @@ ANIMATE = {
     "Bend Direction": 0.0,
     "Pivot": "Bottom",
 }
+LATER = {
+    "Frame": None,
+    "Cost": "Points",
+    "Stiffness": "",
+    "Where Lost": 0.0,
+    "Islands": False,
+    "Region": "",
+    "Region Target": 1.0,
+    "Close Holes": False,
+    "Unfolded": False,
+    "Pins": None,
+    "Falloff": 0.0,
+}
+"""Inputs that came with version 3."""
+NEWER = {1: {**ANIMATE, **LATER}, 2: LATER}
+"""By the version of a file, the inputs that it lacks."""
+NEW_ITEMS = {"Gradient", "Nearest", "Custom"}
+"""Of menus, since version 3."""
+PANELS = ["Volume", "Pins", "Animate", "Interpolation"]
 GIVEN = {"Preserve": 0.75, "Target": 1.25, "Space": "Lattice", "Method": "Sweep", "Outside": "Extend", "Invert": True}
 
 
-def as_of_version_1(group: bpy.types.NodeTree) -> None:
-    """Takes out of the group what version 2 of the add-on's inputs brought."""
+def as_of_version(group: bpy.types.NodeTree, version: int) -> None:
+    """Takes out of the group what later versions of the add-on's inputs brought."""
     handlers = scenes.part("tool.handlers")
     handlers.unregister()
-    counting = [node for node in group.nodes if node.type == "MENU_SWITCH"]
+    newer = NEWER[version]
+    for node in [node for node in group.nodes if node.type == "MENU_SWITCH"]:
+        if node.inputs[0].links[0].from_socket.name in newer:
+            group.nodes.remove(node)
+            continue
+        while node.enum_items[-1].name in NEW_ITEMS:
+            node.enum_items.remove(node.enum_items[-1])
     for item in list(group.interface.items_tree):
-        if item.item_type == "SOCKET" and item.name in ANIMATE:
-            for node in counting:
-                if node.inputs[0].is_linked and node.inputs[0].links[0].from_socket.name == item.name:
-                    group.nodes.remove(node)
-                    counting.remove(node)
-                    break
+        if item.item_type == "SOCKET" and item.name in newer:
             group.interface.remove(item)
-    group.interface.remove(next(item for item in group.interface.items_tree if item.name == "Animate"))
-    group["isochor_version"] = 1
+    for item in list(group.interface.items_tree):
+        if item.item_type == "PANEL" and item.name in {2: ("Pins",), 1: ("Pins", "Animate")}[version]:
+            group.interface.remove(item)
+    group["isochor_version"] = version
     scenes.part("tool.sockets").forget(group)
     handlers.register()
 
 
-def old_file(place: Path, name: str = "Ball") -> np.ndarray:
-    """Saves a ball squashed by its lattice as version 1 would have; returns its shape."""
+def old_file(place: Path, name: str = "Ball", version: int = 1) -> np.ndarray:
+    """Saves a ball squashed by its lattice as that version would have; returns its shape."""
     ball = scenes.sphere(name=name)
     lattice = scenes.lattice_object(4, name="Cage")
     modifier = scenes.volume_lattice(ball, lattice)
@@ -49,9 +72,9 @@ def old_file(place: Path, name: str = "Ball") -> np.ndarray:
     for point in lattice.data.points:
         point.co_deform.z *= 0.5
     bpy.context.view_layer.update()
-    as_of_version_1(modifier.node_group)
+    as_of_version(modifier.node_group, version)
     names = [item.name for item in modifier.node_group.interface.items_tree]
-    assert not set(ANIMATE) & set(names)
+    assert not set(NEWER[version]) & set(names)
     shape = scenes.evaluated_positions(ball)
     bpy.ops.wm.save_as_mainfile(filepath=str(place))
     scenes.empty_file()
@@ -64,17 +87,18 @@ def path_of(modifier: bpy.types.NodesModifier, name: str) -> str:
     return f'modifiers["{modifier.name}"]{path}' if path.startswith("[") else f'modifiers["{modifier.name}"].{path}'
 
 
-def test_an_older_file_gets_the_new_inputs_with_their_defaults_and_keeps_the_rest(tmp_path):
+@pytest.mark.parametrize("version", NEWER)
+def test_an_older_file_gets_the_new_inputs_with_their_defaults_and_keeps_the_rest(tmp_path, version):
     place = tmp_path / "older.blend"
-    shape = old_file(place)
+    shape = old_file(place, version=version)
     bpy.ops.wm.open_mainfile(filepath=str(place))
     ball = bpy.data.objects["Ball"]
     modifier = ball.modifiers[0]
-    for name, value in {**GIVEN, **ANIMATE}.items():
+    for name, value in {**GIVEN, **NEWER[1]}.items():
         found = scenes.get_input(modifier, name)
         assert found == value, name
     items = modifier.node_group.interface.items_tree
-    assert [item.name for item in items if item.item_type == "PANEL"] == ["Volume", "Animate", "Interpolation"]
+    assert [item.name for item in items if item.item_type == "PANEL"] == PANELS
     assert modifier.node_group["isochor_version"] == scenes.part("tool.node_group").VERSION
     assert np.array_equal(scenes.evaluated_positions(ball), shape)
     scenes.set_input(modifier, "Twist", 1.0)
@@ -84,12 +108,16 @@ def test_an_older_file_gets_the_new_inputs_with_their_defaults_and_keeps_the_res
     bpy.context.scene.frame_set(2)
     assert scenes.get_input(modifier, "Target") == 1.25
     if bpy.app.version >= (5, 0, 0):
-        for name in ANIMATE:
+        for name in NEWER[1]:
             identifier = scenes.part("tool.sockets").identifiers(modifier.node_group)[name]
             assert modifier.is_input_used(identifier), name
+    for name, value in {"Method": "Nearest", "Space": "Custom", "Cost": "Bending", "Stiffness": "Stiff"}.items():
+        scenes.set_input(modifier, name, value)
     bpy.ops.wm.save_as_mainfile(filepath=str(place))
     bpy.ops.wm.open_mainfile(filepath=str(place))
-    assert scenes.get_input(bpy.data.objects["Ball"].modifiers[0], "Twist") == 1.0
+    modifier = bpy.data.objects["Ball"].modifiers[0]
+    kept = {name: scenes.get_input(modifier, name) for name in ("Twist", "Method", "Space", "Cost", "Stiffness")}
+    assert kept == {"Twist": 1.0, "Method": "Nearest", "Space": "Custom", "Cost": "Bending", "Stiffness": "Stiff"}
 
 
 def test_several_modifiers_and_a_second_user_of_the_group_all_get_the_defaults(tmp_path):
@@ -99,12 +127,12 @@ def test_several_modifiers_and_a_second_user_of_the_group_all_get_the_defaults(t
     ball = bpy.data.objects["Ball"]
     other = ball.copy()
     bpy.context.scene.collection.objects.link(other)
-    as_of_version_1(ball.modifiers[0].node_group)
+    as_of_version(ball.modifiers[0].node_group, 1)
     bpy.ops.wm.save_as_mainfile(filepath=str(place))
     bpy.ops.wm.open_mainfile(filepath=str(place))
     for obj in bpy.data.objects:
         if obj.type == "MESH" and obj.modifiers:
-            assert {name: scenes.get_input(obj.modifiers[0], name) for name in ANIMATE} == ANIMATE, obj.name
+            assert {name: scenes.get_input(obj.modifiers[0], name) for name in NEWER[1]} == NEWER[1], obj.name
 
 
 def test_a_group_linked_from_an_older_file_works_without_the_new_inputs(tmp_path):
@@ -142,4 +170,4 @@ def test_an_appended_older_group_is_renewed_with_the_next_lattice_added(tmp_path
     scenes.sphere(name="New")
     bpy.ops.isochor.add()
     for obj in (old, bpy.data.objects["New"]):
-        assert {name: scenes.get_input(obj.modifiers[0], name) for name in ANIMATE} == ANIMATE, obj.name
+        assert {name: scenes.get_input(obj.modifiers[0], name) for name in NEWER[1]} == NEWER[1], obj.name

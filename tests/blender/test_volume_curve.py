@@ -229,7 +229,7 @@ def test_an_open_mesh_is_refused_with_the_reason():
     bpy.ops.object.mode_set(mode="OBJECT")
     scenes.volume_lattice(ball, scenes.lattice_object(4))
     bpy.context.scene.frame_end = 3
-    refused("“Ball” has no volume to measure in any of these frames: .*open")
+    refused("“Ball” has no volume to measure in any of these frames: .*hole")
 
 
 def test_nothing_selected_or_nothing_measured_yet():

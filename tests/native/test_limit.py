@@ -20,8 +20,8 @@ each_method = pytest.mark.parametrize("method", cases.METHODS)
 
 def smallest_determinant(spec: Spec, control: np.ndarray) -> float:
     """Least det J over many points of the domain, its faces included, that at rest being 1."""
-    inner = np.random.default_rng(0).random((4000, 3))
-    return float(determinants(spec, control, np.concatenate([inner, grid(9)])).min())
+    inner = np.random.default_rng(0).random((1200, 3))
+    return float(determinants(spec, control, np.concatenate([inner, grid(7)])).min())
 
 
 def one_free_point(spec: Spec) -> dict:
@@ -49,7 +49,14 @@ def test_a_correction_that_would_fold_stops_before_and_says_what_is_missing(spec
     assert measured(result) + result.missing == pytest.approx(result.target, rel=1e-12)
     before = binding.volume(control)
     assert before < measured(result) < result.target
-    assert measured(result) - before > 0.02 * (result.target - before)
+    low, high = 0.0, 1.0
+    for _ in range(10):
+        middle = (low + high) / 2
+        folds = smallest_determinant(spec, control + middle * (free.control - control)) < 0
+        low, high = (low, middle) if folds else (middle, high)
+    stopped = control + low * (free.control - control)
+    # points see a fold later than its proof does
+    assert measured(result) - before > 0.6 * (binding.volume(stopped) - before)
     assert result.error == pytest.approx(abs(result.missing / result.target), rel=1e-9)
 
 
@@ -82,7 +89,7 @@ def test_pins_hold_where_the_correction_stops(method):
 def test_random_corrections_never_create_a_fold(dtype):
     """Whatever lattice does not fold before does not fold after, and volume and missing add up to the target."""
     limited = 0
-    for seed in range(120):
+    for seed in range(30):
         random = np.random.default_rng(seed)
         spec = list(SPECS.values())[seed % 2]
         control = spec.centre + (lattices.noisy(spec, 0.04, seed) - spec.centre) * random.uniform(0.3, 2, 3)
@@ -96,7 +103,7 @@ def test_random_corrections_never_create_a_fold(dtype):
         rel = 1e-12 if dtype == np.float64 else 1e-6
         assert measured(result) + result.missing == pytest.approx(result.target, rel=rel), f"case {seed}"
         limited += abs(result.missing) > 1e-6
-    assert limited > 5
+    assert limited > 3
 
 
 @pytest.mark.parametrize("limit", ["folded", "", 1, True], ids=repr)

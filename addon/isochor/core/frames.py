@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from .solver import Outcome, Request
+    from .request import Request
+    from .solver import Outcome
 
 SAMPLED = 64
 """Vertices that tell one incoming shape from another when looking a frame up; equality is checked on all of them."""
@@ -37,7 +38,8 @@ class Frame:
         """Everything of size that is kept with it, each array once."""
         request, report = self.request, self.outcome.report
         solved = None if report.result is None else report.result.vertices
-        every = (request.positions, request.influence, request.control, self.outcome.vertices, solved, report.control)
+        asked = request.positions, request.influence, request.control, request.stiffness
+        every = (*asked, self.outcome.vertices, solved, report.control)
         return list({id(array): array for array in every if array is not None}.values())
 
 
@@ -129,4 +131,6 @@ def quick_number(request: "Request") -> int:
     sample = positions[:: max(1, len(positions) // SAMPLED)]
     frame = b"" if request.frame is None else request.frame.tobytes()
     transform = request.grid.to_object.tobytes()
-    return hash((request.control.tobytes(), sample.tobytes(), frame, transform, request.rest_volume, request.settings))
+    targets = b"" if request.pins is None else request.pins.targets.tobytes()
+    numbers = (request.control.tobytes(), sample.tobytes(), frame, transform, targets)
+    return hash((numbers, request.rest_volume, request.settings))

@@ -115,10 +115,23 @@ def control_points(grid: Grid, points: NDArray[Any]) -> Array:
     return cells @ grid.to_object[:3, :3].T + grid.to_object[:3, 3]
 
 
-def correction_frame(space: str, object_matrix: Array, to_object: Array) -> Array | None:
-    """Rows: the directions that the shares of x, y and z mean, in object space. None is the object's own axes."""
+def in_order(values: NDArray[Any], shape: tuple[int, int, int]) -> Array:
+    """One number for each of Blender's lattice points, u fastest, as (nu, nv, nw) float64."""
+    u, v, w = shape
+    return np.ascontiguousarray(values.reshape(w, v, u).transpose(2, 1, 0), np.float64)
+
+
+def correction_frame(
+    space: str, object_matrix: Array, to_object: Array, own_matrix: Array | None = None
+) -> Array | None:
+    """Rows: the directions that the shares of x, y and z mean, in object space. None is the object's own axes.
+    ``own_matrix``, to world, of the object whose axes count where ``space`` is "Custom"; the world's where it is None.
+    """
     if space == "Object":
         return None
     if space == "Lattice":
         return unit_columns(to_object).T
-    return unit_columns(np.asarray(np.linalg.inv(object_matrix), np.float64)).T
+    to_own = np.asarray(np.linalg.inv(object_matrix), np.float64)
+    if space == "Custom" and own_matrix is not None:
+        to_own = to_own @ own_matrix
+    return unit_columns(to_own).T

@@ -2,6 +2,10 @@
 """Problems that are the animator's to solve, in plain words."""
 
 import re
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from .kinds import Kind
 from .words import Sentence, listed, together
@@ -17,6 +21,10 @@ class Problem(Exception):
 
 
 NO_LATTICE = "No lattice: pick a Lattice object in the modifier's Lattice input."
+NO_FRAME = (
+    "Space is Custom, but there is no object under Frame: pick one, or choose another Space. Until then the world's"
+    " axes count."
+)
 NO_VERTICES = "The mesh has no vertices: add some, or remove the modifier."
 NO_FACES = "The mesh has no faces, so it encloses no volume: set Preserve to 0 to deform it all the same."
 FLAT = (
@@ -27,7 +35,7 @@ EDITED = (
     "The mesh was edited since the lattice was added or bound: Rest is its old volume. Fit the lattice again, bind"
     " again with Set Rest, or set Reference to Incoming."
 )
-INSIDE_OUT = "The mesh is inside out: its volume counts as negative, and is kept all the same."
+INSIDE_OUT = "The mesh, or a part of it, is inside out: its volume counts as negative, and is kept all the same."
 FOLDED = (
     "The lattice folds over itself: Folds in the panel Overlay shows where. Move its points apart there, or squash,"
     " twist and bend it less."
@@ -131,6 +139,67 @@ def no_vertex_group(name: str) -> str:
     """The Vertex Group input names a group that the object lacks."""
     return Sentence(
         "There is no vertex group “{name}”: correct the name in the modifier's Vertex Group input, or clear it.",
+        name=name,
+    )
+
+
+def fell_back(asked: str, ran: str) -> str:
+    """Another method computed than the one asked for."""
+    return Sentence(
+        "{asked} finds no way to the volume in this frame, so {ran} was taken.",
+        asked=Sentence(asked),
+        ran=Sentence(ran),
+    )
+
+
+def would_fold(missing: float, share: float) -> str:
+    """The correction stopped where it would have folded space; so much volume, that share of the target, is missing."""
+    return Sentence(
+        "Unfolded: the correction stops where it would turn space inside out; {missing} of the volume ({percent} %) is"
+        " missing.",
+        missing=f"{missing:.4g}",
+        percent=f"{100.0 * share:.2g}",
+    )
+
+
+def no_region(name: str) -> str:
+    """The Region input names a group that the mesh lacks."""
+    return Sentence(
+        "There is no vertex group “{name}”: correct the name in the modifier's Region input, or clear it.", name=name
+    )
+
+
+def empty_region(name: str) -> str:
+    """No face lies in the group of the Region input."""
+    return Sentence(
+        "No face lies in the region “{name}”: give the vertices of at least one face a weight of 0.5 or more.",
+        name=name,
+    )
+
+
+def no_stiffness_group(name: str, lattice: str) -> str:
+    """The Stiffness input names a group that the lattice lacks."""
+    return Sentence(
+        "The lattice “{lattice}” has no vertex group “{name}”: correct the name in the modifier's Stiffness input, or"
+        " clear it.",
+        name=name,
+        lattice=lattice,
+    )
+
+
+def stiffness_in_edit_mode(lattice: str) -> str:
+    """Blender does not tell the groups of points of a lattice in Edit Mode."""
+    return Sentence(
+        "The Stiffness of “{lattice}” is read again when you leave its Edit Mode; until then all points are free.",
+        lattice=lattice,
+    )
+
+
+def flat_frame(name: str) -> str:
+    """The matrix of the object whose axes count cannot be inverted."""
+    return Sentence(
+        "The Frame “{name}” has a scale of zero on at least one axis: give it a size on every axis. Until then the"
+        " world's axes count.",
         name=name,
     )
 
@@ -402,12 +471,16 @@ def solo_key(name: str) -> str:
 
 BROKEN_EDGES = re.compile(r"(\d+) edges are (open|non-manifold|inconsistently wound)")
 """How the native library counts the edges for which a surface encloses nothing."""
+HOLES = re.compile(r"around (one|\d+) holes?: (\d+) edges from vertex (\d+) on")
+"""How it counts holes, the edges round the first of them, and names a vertex there."""
+OUT_OF_REACH = re.compile(r"(\S+) cannot be reached, only (\S+) can:")
+"""How it names a volume that cannot be reached, and the one that can."""
 
 
-def not_closed(counts: dict[str, str]) -> str:
-    """The mesh encloses nothing; number of edges of each kind in ``BROKEN_EDGES``."""
+def not_closed(counts: dict[str, str], holes: Sentence | None) -> str:
+    """The mesh encloses nothing; number of edges of each kind in ``BROKEN_EDGES``, and what is known of holes."""
     said = {
-        "open": Sentence("{count} edges are open: close the holes.", count=counts.get("open")),
+        "open": holes or Sentence("{count} edges are open: close the holes.", count=counts.get("open")),
         "non-manifold": Sentence(
             "{count} edges have more than two faces: remove the inner faces.", count=counts.get("non-manifold")
         ),
@@ -420,10 +493,46 @@ def not_closed(counts: dict[str, str]) -> str:
     return together([head, *(said[kind] for kind in counts)])
 
 
-def sentence(error: Exception) -> str:
-    """What an error of the native library says, as a sentence of its own."""
+def open_holes(count: str, edges: str, place: str) -> Sentence:
+    """So many holes, the first of so many edges and at that place in the object's space."""
+    if count == "one":
+        return Sentence(
+            "It has a hole of {edges} edges near {place}: fill it, or turn on Close Holes.", edges=edges, place=place
+        )
+    return Sentence(
+        "It has {count} holes, one of {edges} edges near {place}: fill them, or turn on Close Holes.",
+        count=count,
+        edges=edges,
+        place=place,
+    )
+
+
+def out_of_reach(wanted: str, reachable: str) -> str:
+    """A volume that no allowed correction gives, and the nearest one that some does."""
+    return Sentence(
+        "A volume of {wanted} cannot be reached, only {reachable}: give more axes a share, free stiff points, or make"
+        " the lattice larger than the mesh.",
+        wanted=wanted,
+        reachable=reachable,
+    )
+
+
+def sentence(error: Exception, positions: NDArray[np.floating[Any]] | None = None) -> str:
+    """What an error of the native library says, as a sentence of its own; ``positions`` (V, 3) of the mesh tell where
+    it has holes."""
     text = str(error)
     broken = {kind: count for count, kind in BROKEN_EDGES.findall(text)}
     if broken:
-        return not_closed(broken)
+        hole = HOLES.search(text)
+        if hole is None or positions is None or int(hole[3]) >= len(positions):
+            return not_closed(broken, None)
+        return not_closed(broken, _holes(hole, positions))
+    reach = OUT_OF_REACH.search(text)
+    if reach is not None:
+        return out_of_reach(reach[1], reach[2])
     return f"{text[:1].upper()}{text[1:]}{'' if text.endswith('.') else '.'}"
+
+
+def _holes(hole: re.Match[str], positions: NDArray[np.floating[Any]]) -> Sentence:
+    count, edges, vertex = hole.groups()
+    return open_holes(count, edges, "({:.3g}, {:.3g}, {:.3g})".format(*positions[int(vertex)]))

@@ -11,25 +11,30 @@ from numpy.typing import NDArray
 
 import isochor
 
+from . import problem
+from .bodies import Bodies, volumes
 from .bound import Embedding
 from .grid import Grid
-from .volume import measures
+from .pins import Pins
 
 
 class Volumes(NamedTuple):
     """Signed volumes in cubic units of the object's own space: ``before`` the correction, as the animator's lattice
-    deforms the mesh, and ``after`` it. ``error`` is |after - target| / |target|."""
+    deforms the mesh, and ``after`` it, each of all ``bodies`` that keep one together. ``error`` is
+    |after - target| / |target| of the body where that is largest."""
 
     target: float
     before: float
     after: float
     error: float
+    bodies: int = 1
 
 
 @dataclass
 class Report:
     """Lengths in units of the object's own space, time in milliseconds. ``grid`` is the lattice as it stands, and also
-    what vertices are embedded in unless ``bound``, the lattice when its rest was set, is there."""
+    what vertices are embedded in unless ``bound``, the lattice when its rest was set, is there. ``result`` is there
+    where the lattice was corrected: ``keeps_volume`` says whether for the volume too, or for the pins alone."""
 
     problems: tuple[str, ...] = ()
     binding: isochor.Binding | None = field(default=None, repr=False)
@@ -37,11 +42,15 @@ class Report:
     bound: Embedding | None = field(default=None, repr=False)
     asked: NDArray[np.float64] | None = field(default=None, repr=False)
     result: isochor.Preserved | None = field(default=None, repr=False)
+    keeps_volume: bool = False
+    pins: Pins | None = field(default=None, repr=False)
     milliseconds: float = 0.0
     embed: Callable[[], isochor.Binding] | None = field(default=None, repr=False)
     """Puts the mesh of this frame back into the binding, which other frames may have used since."""
-    rounded: tuple[NDArray[Any], NDArray[np.int32]] | None = field(default=None, repr=False)
-    """Vertices that the user gets, and their triangles, where ``result`` holds them in more digits."""
+    rounded: tuple[NDArray[Any], NDArray[np.int32], Bodies | None] | None = field(default=None, repr=False)
+    """Vertices that the user gets, their triangles and bodies, where ``result`` holds them in more digits."""
+    method: str = ""
+    """The method asked for, by its name in ``settings.METHODS``."""
 
     @property
     def control(self) -> NDArray[np.float64] | None:
@@ -50,7 +59,7 @@ class Report:
 
     @property
     def vertices(self) -> NDArray[Any] | None:
-        """(V, 3) vertices that the user gets; None where no volume was corrected."""
+        """(V, 3) vertices that the user gets; None where the lattice was not corrected."""
         if self.rounded is not None:
             return self.rounded[0]
         return None if self.result is None else self.result.vertices
@@ -74,11 +83,37 @@ class Report:
     def volumes(self) -> Volumes | None:
         """None where no volume was corrected."""
         binding, result = self.embedded, self.result
-        if binding is None or result is None or self.asked is None:
+        if binding is None or result is None or self.asked is None or not self.keeps_volume:
             return None
-        after = result.volume if self.rounded is None else measures(*self.rounded).volume
-        error = abs(after - result.target) / abs(result.target)
-        return Volumes(result.target, binding.volume(self.asked), after, error)
+        targets = np.asarray(result.targets)
+        after = np.asarray(result.volumes) if self.rounded is None else volumes(*self.rounded)
+        error = float((np.abs(after - targets) / np.abs(targets)).max())
+        return Volumes(result.target, binding.volume(self.asked), float(after.sum()), error, len(targets))
+
+    @property
+    def missing(self) -> float:
+        """Volume that the correction left out so that it would fold nothing over."""
+        return 0.0 if self.result is None else float(self.result.missing)
+
+    @property
+    def notes(self) -> list[str]:
+        """What is not wrong, and yet perhaps not what the animator believes, in plain words."""
+        result = self.result
+        if result is None or not self.keeps_volume:
+            return []
+        found: list[str] = [problem.INSIDE_OUT] if self.inside_out else []
+        if result.method != self.method.lower():
+            found.append(problem.fell_back(self.method, str(result.method).capitalize()))
+        if self.missing:
+            found.append(problem.would_fold(self.missing, self.missing / result.target))
+        return found
+
+    @cached_property
+    def largest_miss(self) -> float | None:
+        """How far the pin that misses its target most is from it, in world units; None where none was held."""
+        if self.pins is None or self.vertices is None:
+            return None
+        return float(self.pins.misses(self.vertices).max())
 
     @cached_property
     def largest_displacement(self) -> float | None:
@@ -95,4 +130,4 @@ class Report:
     @cached_property
     def inside_out(self) -> bool:
         """Whether the faces point inwards, so that the volume counts as negative."""
-        return self.result is not None and self.result.target < 0.0
+        return self.result is not None and self.keeps_volume and bool((np.asarray(self.result.targets) < 0.0).any())

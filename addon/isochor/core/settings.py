@@ -4,8 +4,9 @@
 from dataclasses import dataclass
 
 REFERENCES = ("Rest", "Incoming")
-SPACES = ("Global", "Object", "Lattice")
-METHODS = ("Balanced", "Sweep")
+SPACES = ("Global", "Object", "Lattice", "Custom")
+METHODS = ("Balanced", "Sweep", "Gradient", "Nearest")
+COSTS = ("Points", "Surface", "Bending")
 BASES = ("Bernstein", "B-Spline")
 OUTSIDES = ("Keep", "Extend")
 AXES = ("X", "Y", "Z")
@@ -36,6 +37,21 @@ class Shaping:
 
 
 @dataclass(frozen=True)
+class Parts:
+    """Which parts of the mesh keep a volume of their own: every closed piece, a vertex group's region (with a target of
+    its own), and whether holes count as closed."""
+
+    islands: bool = False
+    close_holes: bool = False
+    region: str = ""
+    region_target: float = 1.0
+
+
+WHOLE = Parts()
+"""One volume, that of the closed mesh."""
+
+
+@dataclass(frozen=True)
 class Settings:
     """Values of the modifier's sockets, with drivers and keys applied. Menus hold the names listed above."""
 
@@ -51,3 +67,9 @@ class Settings:
     basis: str = BASES[0]
     outside: str = OUTSIDES[0]
     shaping: Shaping = Shaping()
+    parts: Parts = WHOLE
+    stiffness: str = ""
+    where_lost: float = 0.0
+    cost: str = COSTS[0]
+    unfolded: bool = False
+    falloff: float = 0.0

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 import isochor
 
 from .grid import Grid, build_lattice
+from .request import Request
 from .settings import Settings
-from .solver import OUTSIDES, Request
+from .solver import OUTSIDES
 
 Array = NDArray[np.float64]
 Triangles = NDArray[np.int32]
@@ -153,9 +154,3 @@ def in_blender(control: Array, matrix: Array) -> NDArray[np.float32]:
     inverse = np.linalg.inv(matrix)
     local = control @ inverse[:3, :3].T + inverse[:3, 3]
     return np.ascontiguousarray(local.transpose(2, 1, 0, 3), np.float32).reshape(-1)
-
-
-def weights_in_order(weights: Array, shape: tuple[int, int, int]) -> Array:
-    """One number a point in Blender's order as (nu, nv, nw)."""
-    u, v, w = shape
-    return weights.reshape(w, v, u).transpose(2, 1, 0)

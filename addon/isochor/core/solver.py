@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From what enters a modifier in one frame to the vertices that leave it, keeping what frames have in common."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from time import perf_counter
-from typing import Any, Literal
+from typing import Literal
 from weakref import ref
 
 import numpy as np
@@ -12,77 +12,27 @@ from numpy.typing import NDArray
 
 import isochor
 
-from . import problem
-from .bound import Embedding
+from . import pin_problem, problem, weights
+from .arrays import same_array
 from .frames import Frames
-from .grid import Grid, build_lattice
+from .grid import build_lattice
 from .report import Report
-from .settings import Settings
+from .request import Request, Vertices
+from .targets import rest_of_bodies, wanted_volume
 from .volume import is_flat
 
-Vertices = NDArray[np.floating[Any]]
-METHODS: dict[str, Literal["balanced", "sweep"]] = {"Balanced": "balanced", "Sweep": "sweep"}
+METHODS: dict[str, Literal["balanced", "sweep", "gradient", "nearest"]] = {
+    "Balanced": "balanced",
+    "Sweep": "sweep",
+    "Gradient": "gradient",
+    "Nearest": "nearest",
+}
+COSTS: dict[str, Literal["points", "surface", "bending"]] = {
+    "Points": "points",
+    "Surface": "surface",
+    "Bending": "bending",
+}
 OUTSIDES: dict[str, Literal["keep", "extend"]] = {"Keep": "keep", "Extend": "extend"}
-FLAT_PERHAPS = 1e-3
-"""Fraction of the rest volume below which what enters is looked at closely: that costs time, so not in every frame."""
-
-
-@dataclass(frozen=True)
-class Request:
-    """One frame of one modifier, in the deformed object's own space.
-
-    ``positions`` (V, 3) float32; ``influence`` (V,) float32 in [0, 1] or None for 1 everywhere; ``triangles``
-    (F, 3) int32, the very same array as in the frame before where the faces have not changed, or None with the reason
-    in ``no_triangles``; ``control`` (nu, nv, nw, 3) float64; ``frame`` (3, 3) rows or None; ``rest_volume`` is the
-    volume that entered when the modifier was added or bound, or None where that is not known. ``device`` is what
-    should compute: "auto", "gpu", "cpu" or the name of an adapter; ``double`` whether in float64 up to the last
-    rounding. ``bound``: the lattice when its rest was set, from which ``control`` then moves the vertices; None where
-    ``grid``, the lattice as it stands, embeds them.
-    """
-
-    positions: Vertices = field(repr=False)
-    influence: NDArray[np.float32] | None = field(repr=False)
-    triangles: NDArray[np.int32] | None = field(repr=False)
-    no_triangles: str
-    grid: Grid
-    control: NDArray[np.float64] = field(repr=False)
-    frame: NDArray[np.float64] | None
-    rest_volume: float | None
-    settings: Settings
-    device: str = "auto"
-    double: bool = False
-    bound: Embedding | None = None
-
-    @property
-    def embedding_grid(self) -> Grid:
-        """The undeformed lattice that the vertices are embedded in."""
-        return self.grid if self.bound is None else self.bound.grid
-
-    @property
-    def rest_control(self) -> NDArray[np.float64] | None:
-        """Control points that move nothing; None for those of the undeformed lattice."""
-        return None if self.bound is None else self.bound.control
-
-    def same_as(self, other: "Request | None") -> bool:
-        """Whether the two ask for the same thing, so that the answer is known."""
-        return (
-            other is not None
-            and self.triangles is other.triangles
-            and (self.no_triangles, self.rest_volume, self.settings, self.device, self.double)
-            == (other.no_triangles, other.rest_volume, other.settings, other.device, other.double)
-            and self.grid.same_as(other.grid)
-            and self.embeds_as(other)
-            and np.array_equal(self.control, other.control)
-            and same_array(self.frame, other.frame)
-            and same_array(self.influence, other.influence)
-            and same_array(self.positions, other.positions)
-        )
-
-    def embeds_as(self, other: "Request") -> bool:
-        """Whether the two embed a vertex alike."""
-        return (self.bound is not None and self.bound is other.bound) or (
-            self.embedding_grid.same_as(other.embedding_grid) and same_array(self.rest_control, other.rest_control)
-        )
 
 
 @dataclass(frozen=True)
@@ -130,59 +80,104 @@ class Solver:
                 self._frames.keep(self, request, self._outcome)
         return self._outcome
 
-    def incoming_volume(self, request: Request) -> float | None:
-        """Signed volume of the mesh that enters, or None where it encloses none, as one that is open or flat."""
+    def whole_volume(self, request: Request) -> float | None:
+        """Signed volume of the whole mesh that enters, or None where it encloses none, as one that is open or flat."""
+        if request.triangles is None:
+            return None
+        solver = self if request.bodies is None else Solver()
+        try:
+            volume = solver._bind(replace(request, bodies=None)).reference_volume
+            return None if is_flat(request.positions, request.triangles) else volume
+        except isochor.Error:
+            solver._forget()
+            return None
+
+    def incoming_parts(self, request: Request) -> tuple[float, ...] | None:
+        """Signed volume at rest of each body that enters, or None where they enclose none: what enters, made to fit the
+        rest volume of the whole."""
         if request.triangles is None:
             return None
         try:
-            volume = self._bind(request).reference_volume
-            return None if is_flat(request.positions, request.triangles) else volume
+            own = self._bind(request).reference_volumes
+            return tuple(map(float, rest_of_bodies(own, replace(request, rest_parts=None))))
         except isochor.Error:
             self._forget()
             return None
-
-    def bound_volume(self) -> float | None:
-        """Signed volume of the mesh that entered last, or None where it encloses none."""
-        return None if self._answered is None else self.incoming_volume(self._answered)
 
     def _fresh(self, request: Request) -> Outcome:
         try:
             binding = self._bind(request)
         except isochor.Error as error:
             self._forget()
-            return Outcome(None, Report(problems=(problem.sentence(error),)))
+            return Outcome(None, Report(problems=(problem.sentence(error, request.positions),)))
         problems = (self._no_device,) if self._no_device else ()
         report = Report(
-            binding=binding, grid=request.grid, bound=request.bound, asked=request.control, problems=problems
+            binding=binding,
+            grid=request.grid,
+            bound=request.bound,
+            asked=request.control,
+            problems=problems,
+            pins=request.pins,
         )
+        report.method = request.settings.method
         report.embed = partial(_embedded_again, ref(self), request)
-        if request.settings.preserve <= 0.0:
-            return Outcome(single(binding.deform(request.control)), report)
-        try:
-            report.result = self._preserve(binding, request)
-        except isochor.Error as error:
-            report.problems = (*problems, request.no_triangles or problem.sentence(error))
+        report.result = self._corrected(binding, request, report)
+        if report.result is None:
             return Outcome(single(binding.deform(request.control)), report)
         vertices = single(report.result.vertices)
         if request.double and request.triangles is not None:
-            report.rounded = vertices, request.triangles
+            report.rounded = vertices, request.triangles, request.bodies
         return Outcome(vertices, report)
 
-    def _preserve(self, binding: isochor.Binding, request: Request) -> isochor.Preserved:
-        settings = request.settings
+    def _corrected(self, binding: isochor.Binding, request: Request, report: Report) -> isochor.Preserved | None:
+        """The lattice with its pins on their targets and its volume kept. Where the volume cannot be kept, with the
+        pins alone; where these cannot be either, None. What is wrong goes into the report."""
+        preserve = request.settings.preserve
+        for amount in (*([preserve] if preserve > 0.0 else []), *([0.0] if request.pins is not None else [])):
+            try:
+                result = self._preserve(binding, request, amount)
+            except isochor.PinError as error:
+                names = () if request.pins is None else request.pins.names
+                report.problems += (pin_problem.trouble(error, names),)
+                return None
+            except isochor.Error as error:
+                reason = (amount > 0.0 and request.no_triangles) or problem.sentence(error, request.positions)
+                report.problems = tuple(dict.fromkeys((*report.problems, reason)))
+            else:
+                report.keeps_volume = amount > 0.0
+                return result
+        return None
+
+    def _preserve(self, binding: isochor.Binding, request: Request, amount: float) -> isochor.Preserved:
+        settings, pins = request.settings, request.pins
         try:
             return binding.preserve(
                 request.control,
                 axes=settings.axes,
                 frame=request.frame,
                 method=METHODS[settings.method],
-                target=wanted_volume(binding, request),
-                amount=settings.preserve,
+                weights=self._weights(request),
+                pins=None if pins is None else pins.for_native(),
+                target=wanted_volume(binding, request) if amount > 0.0 else None,
+                amount=amount,
+                cost=COSTS[settings.cost],
+                limit="unfolded" if settings.unfolded else None,
             )
         except isochor.VolumeError as error:
             if request.triangles is not None and is_flat(request.positions, request.triangles):
                 raise isochor.VolumeError(problem.FLAT) from error
             raise
+
+    def _weights(self, request: Request) -> NDArray[np.float64] | None:
+        """(nu, nv, nw) how much each control point resists the correction; None where all do alike."""
+        share, lattice = request.settings.where_lost, self._lattice
+        found = [] if request.stiffness is None else [weights.of_stiffness(request.stiffness)]
+        if share > 0.0 and lattice is not None:
+            found.append(weights.of_loss(lattice, request.control, request.rest_control, share))
+        if request.pins is not None and request.settings.falloff > 0.0 and lattice is not None:
+            distance, rest = request.settings.falloff, request.rest_control
+            found.append(request.pins.fading_weights(lattice, request.positions, rest, distance))
+        return weights.product(found)
 
     def _bind(self, request: Request) -> isochor.Binding:
         before = self._bound
@@ -206,8 +201,12 @@ class Solver:
                 outside=OUTSIDES[request.settings.outside],
                 influence=request.influence,
                 rest=request.rest_control,
+                bodies=labels,
+                caps=bodies is not None and bodies.close_holes,
             )
 
+        bodies = request.bodies
+        labels = None if bodies is None else bodies.labels(request.positions, request.triangles)
         self._no_device = ""
         try:
             return bind("cpu" if request.double else request.device)
@@ -218,6 +217,7 @@ class Solver:
     def _same_mesh(self, request: Request, before: Request) -> bool:
         return (
             request.triangles is before.triangles
+            and request.divides_as(before)
             and len(request.positions) == len(before.positions)
             and request.settings.outside == before.settings.outside
             and (request.device, request.double) == (before.device, before.double)
@@ -252,31 +252,6 @@ def _embedded_again(solver: "ref[Solver]", request: Request) -> isochor.Binding:
     return (Solver() if alive is None else alive)._bind(request)
 
 
-def wanted_volume(binding: isochor.Binding, request: Request) -> float | None:
-    """The volume to reach: that of the reference, times the factor of the Target input. None is that of the mesh as
-    bound, which the native library refuses where the mesh is flat; any other volume is refused for it here."""
-    settings, own = request.settings, binding.reference_volume
-    rest = request.rest_volume if settings.reference == "Rest" else None
-    if settings.target == 1.0 and rest in (None, own):
-        return None
-    perhaps_flat = rest is None or abs(own) <= FLAT_PERHAPS * abs(rest)
-    if perhaps_flat and request.triangles is not None and is_flat(request.positions, request.triangles):
-        raise isochor.VolumeError(problem.FLAT)
-    return (own if rest is None else rest) * settings.target
-
-
-def target_volume(binding: isochor.Binding, request: Request) -> float | None:
-    """Signed volume that the mesh of this request, which is in the binding, should have; None where it encloses
-    none."""
-    if request.triangles is None:
-        return None
-    try:
-        wanted = wanted_volume(binding, request)
-        return binding.reference_volume if wanted is None else wanted
-    except isochor.Error:
-        return None
-
-
 def entering(request: Request) -> Vertices:
     """The positions in the precision to compute in, which the native library takes from them."""
     return request.positions.astype(np.float64) if request.double else request.positions
@@ -285,10 +260,3 @@ def entering(request: Request) -> Vertices:
 def single(vertices: Vertices) -> Vertices:
     """In the float32 that Blender keeps."""
     return vertices.astype(np.float32, copy=False)
-
-
-def same_array(one: NDArray[Any] | None, other: NDArray[Any] | None) -> bool:
-    """Equal in every element, or both None."""
-    if one is None or other is None:
-        return one is other
-    return one is other or np.array_equal(one, other)

@@ -11,8 +11,9 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ..core import grid, native_lattice, problem
+from ..core.arrays import same_array
 from ..core.grid import Grid
-from ..core.solver import Request, same_array
+from ..core.request import Request
 from ..core.tally import Tally
 from ..core.words import Sentence, sentence, together
 from . import (

@@ -12,11 +12,11 @@ import bpy
 import numpy as np
 
 from ..core.atomic_file import atomic
+from ..core.bodies import volumes as body_volumes
 from ..core.curve_image import Picture, draw_volume_curve, percent_of, png_bytes
 from ..core.frame_range import parse
 from ..core.problem import Problem
 from ..core.tally import Tally
-from ..core.volume import measures
 from . import bake_file, command_scene, frames, state
 
 COLUMNS = ("frame", "object", "target", "before", "after", "relative_error")
@@ -49,7 +49,9 @@ def measure(target: frames.Target, moment: frames.Moment) -> Row:
     memory = state.recall(target.obj, target.last)
     triangles = None if memory is None else memory.faces.triangles
     volumes = None if memory is None else memory.report.volumes
-    after = None if triangles is None else measures(frames.leaving(target, bpy.context), triangles).volume
+    bodies = None if memory is None or memory.asked is None else memory.asked.bodies
+    left = frames.leaving(target, bpy.context)
+    after = None if triangles is None else float(body_volumes(left, triangles, bodies).sum())
     if volumes is None or after is None:
         return moment.words, target.obj.name, None, None, after, None
     error = (after - volumes.target) / volumes.target if volumes.target else None

@@ -31,8 +31,10 @@ class Cuts:
         return self.text
 
     def _fresh(self, report: Report, faces: Faces) -> str:
-        vertices, triangles = report.vertices, faces.triangles
-        if report.result is None or vertices is None or triangles is None or len(vertices) > quads.MOST_VERTICES:
+        result, vertices, triangles = report.result, report.vertices, faces.triangles
+        if result is None or not report.keeps_volume or vertices is None or triangles is None:
+            return ""
+        if len(vertices) > quads.MOST_VERTICES:
             return ""
         if triangles is not self.triangles:
             self.triangles, self.quads = triangles, faces.quads()
@@ -42,5 +44,5 @@ class Cuts:
         if self.quads.max() >= len(vertices):
             return ""
         count, more = quads.drawn_volume(vertices, self.quads, self.first_to_third)
-        share = more / report.result.target
+        share = more / result.target
         return problem.drawn_otherwise(count, share) if abs(share) > NOTICEABLE else ""

@@ -18,8 +18,6 @@ from ..core import problem
 from ..core.words import Sentence
 from . import baked, device, evaluated, rest, results, stack, state
 
-REST_KEYS = (results.REST_VOLUME, results.REST_COUNT, results.REST_OWN_VOLUME)
-
 
 class Moment(NamedTuple):
     """A frame, and the fraction of a frame after it, in [0, 1)."""
@@ -190,7 +188,7 @@ def _swap_rest(modifier: bpy.types.NodesModifier) -> None:
     shown, rendered = (results.of(modifier, mode) for mode in ("VIEWPORT", "RENDER"))
     if shown is None or rendered is None:
         return
-    for key in REST_KEYS:
+    for key in results.REST_KEYS:
         one, other = shown.get(key), rendered.get(key)
         for owner, value in ((shown, other), (rendered, one)):
             if value is not None:

@@ -9,8 +9,10 @@ from . import sockets
 
 MENU_DEFAULTS = {"Axis": "Z"}
 """Of the menus whose default is not their first item."""
-PANELS = ("Volume", "Animate", "Interpolation")
+PANELS = ("Volume", "Pins", "Animate", "Interpolation")
 """From top to bottom."""
+BEHIND = ((sockets.FRAME, "Space"), ("Cost", "Method"))
+"""Inputs that came later and stand right behind one that was there: (input, the one before it)."""
 
 
 def complete(group: bpy.types.NodeTree) -> list[str]:
@@ -27,7 +29,10 @@ def complete(group: bpy.types.NodeTree) -> list[str]:
     _add_interpolation_inputs(group, _panel(group, "Interpolation", closed=True))
     _add_kept_inputs(group)
     _add_animate_inputs(group, _panel(group, "Animate", closed=True))
+    _add_local_inputs(group, _panel(group, "Volume"))
+    _add_pin_inputs(group, _panel(group, "Pins", closed=True))
     _order_panels(group)
+    _order_inputs(group)
     sockets.forget(group)
     return [item.name for item in _inputs(group) if item.name not in before]
 
@@ -73,8 +78,40 @@ def _add_volume_inputs(group: bpy.types.NodeTree, panel: bpy.types.NodeTreeInter
     _input(group, "Target", "Float", "Factor on the volume to keep", panel, default_value=1.0, min_value=0.0)
     axes = "Shares of X, Y and Z in the correction; 0 leaves an axis alone"
     _input(group, "Axes", "Vector", axes, panel, default_value=(1.0, 1.0, 1.0), min_value=0.0)
-    _menu(group, "Space", "What X, Y and Z mean in Axes: the world, the object or the lattice", panel)
-    _menu(group, "Method", "Balanced keeps round shapes round; Sweep is the published method", panel)
+    space = "What X, Y and Z mean in Axes: the world's, the object's, the lattice's, or those of the object under Frame"
+    _menu(group, "Space", space, panel)
+    method = (
+        "Balanced keeps round shapes round; Sweep is the published method; Gradient takes one step in all directions at"
+        " once; Nearest moves the lattice least"
+    )
+    _menu(group, "Method", method, panel)
+
+
+def _add_local_inputs(group: bpy.types.NodeTree, panel: bpy.types.NodeTreeInterfacePanel) -> None:
+    frame = "With Space at Custom: the object whose own X, Y and Z are meant in Axes, such as an empty that is turned"
+    _input(group, sockets.FRAME, "Object", frame, panel)
+    _menu(group, "Cost", "What Nearest keeps small: how far points move, or the surface, or how much it bends", panel)
+    stiffness = (
+        "Vertex group of the lattice: how much each point resists the correction, from 0 (free) to 1 (stays put)"
+    )
+    _input(group, sockets.STIFFNESS, "String", stiffness, panel)
+    lost = "How much of the correction goes where the volume went: 0 spreads it evenly, 1 follows the loss"
+    _factor(group, sockets.WHERE_LOST, lost, panel, default_value=0.0)
+    _input(group, sockets.ISLANDS, "Bool", "Each closed piece of the mesh keeps a volume of its own", panel)
+    _input(group, sockets.REGION, "String", "Vertex group of a part that keeps a volume of its own", panel)
+    region = "Factor on the region's volume to keep, in place of Target"
+    _input(group, sockets.REGION_TARGET, "Float", region, panel, default_value=1.0, min_value=0.0)
+    holes = "Measure an open mesh as if its holes were closed; it stays open"
+    _input(group, sockets.CLOSE_HOLES, "Bool", holes, panel)
+    unfolded = "Stop the correction where it would turn space inside out; the sidebar says how much is then missing"
+    _input(group, sockets.UNFOLDED, "Bool", unfolded, panel)
+
+
+def _add_pin_inputs(group: bpy.types.NodeTree, panel: bpy.types.NodeTreeInterfacePanel) -> None:
+    pins = "Empties that hold points of the surface: where an empty goes, its point of the surface follows"
+    _input(group, sockets.PINS, "Collection", pins, panel)
+    falloff = "Distance from the pins at which the correction fades; 0 spreads it over the whole lattice"
+    _input(group, sockets.FALLOFF, "Float", falloff, panel, subtype="DISTANCE", min_value=0.0)
 
 
 def _add_animate_inputs(group: bpy.types.NodeTree, panel: bpy.types.NodeTreeInterfacePanel) -> None:
@@ -117,9 +154,13 @@ def _input(
 
 
 def _factor(
-    group: bpy.types.NodeTree, name: str, description: str, panel: bpy.types.NodeTreeInterfacePanel | None = None
+    group: bpy.types.NodeTree,
+    name: str,
+    description: str,
+    panel: bpy.types.NodeTreeInterfacePanel | None = None,
+    default_value: float = 1.0,
 ) -> None:
-    limits = {"default_value": 1.0, "min_value": 0.0, "max_value": 1.0}
+    limits = {"default_value": default_value, "min_value": 0.0, "max_value": 1.0}
     _input(group, name, "Float", description, panel, subtype="FACTOR", **limits)
 
 
@@ -149,3 +190,12 @@ def _order_panels(group: bpy.types.NodeTree) -> None:
     if [name for name in found if name in PANELS] != list(PANELS):
         for name in PANELS:
             group.interface.move(found[name], len(group.interface.items_tree))
+
+
+def _order_inputs(group: bpy.types.NodeTree) -> None:
+    """Puts each input of ``BEHIND`` in its place among those of its panel."""
+    for name, before in BEHIND:
+        found = {item.name: item for item in _inputs(group)}
+        siblings = [item.name for item in _inputs(group) if item.parent == found[name].parent]
+        if siblings.index(name) != siblings.index(before) + 1:
+            group.interface.move_to_parent(found[name], found[name].parent, siblings.index(before) + 1)

@@ -12,7 +12,7 @@ from . import group_inputs, sockets
 
 NAME = "Volume Lattice"
 VERSION_KEY = "isochor_version"
-VERSION = 2
+VERSION = 3
 """Of the inputs and of the nodes that ``_Builder`` lays; a file with an older number gets them anew on loading."""
 
 INCOMING = ".isochor_incoming_"
@@ -22,8 +22,13 @@ ORDER = ".isochor_order_"
 MASK = ".isochor_mask_"
 """Point, float: weight of the vertex group, inverted where asked; stored only where a group is named."""
 
+REGION = ".isochor_region_"
+"""Point, float: weight of the vertex group whose part keeps a volume of its own; stored only where one is named."""
+
 SHAPING = (sockets.SQUASH, sockets.TAPER, sockets.TWIST, sockets.BEND, sockets.BEND_DIRECTION)
 """The numbers of the panel Animate."""
+NUMBERS = ("Strength", "Preserve", "Target", sockets.WHERE_LOST, sockets.REGION_TARGET, sockets.FALLOFF, *SHAPING)
+SWITCHES = (sockets.ISLANDS, sockets.CLOSE_HOLES, sockets.UNFOLDED)
 
 Socket = bpy.types.NodeSocket
 
@@ -91,7 +96,9 @@ class _Builder:
         fits = self._counts_agree(self._inputs.outputs["Geometry"], result)
         moved = self._take_positions(mesh, result)
         output = self._node("NodeGroupOutput")
-        self._link(self._switch("GEOMETRY", self._both(fits, self._every_input_used()), moved, mesh), output.inputs[0])
+        # In the branch that a frame rarely takes, so that no frame pays for it.
+        undeformed = self._switch("GEOMETRY", self._every_input_used(), mesh, mesh)
+        self._link(self._switch("GEOMETRY", fits, moved, undeformed), output.inputs[0])
         group_inputs.set_menus(self._group)
 
     def _store_incoming(self, mesh: Socket) -> Socket:
@@ -99,16 +106,29 @@ class _Builder:
         mesh = self._store(mesh, INCOMING, "FLOAT_VECTOR", position)
         index = self._node("GeometryNodeInputIndex").outputs[0]
         mesh = self._store(mesh, ORDER, "INT", self._integers("SUBTRACT", self._point_count(mesh), index))
-        named = self._node("FunctionNodeStringLength")
-        self._link(self._inputs.outputs["Vertex Group"], named.inputs[0])
-        some = self._compare("GREATER_THAN", "INT", named.outputs[0], 0)
-        return self._switch("GEOMETRY", some, self._store(mesh, MASK, "FLOAT", self._mask()), mesh)
+        mesh = self._store_where_named("Vertex Group", mesh, MASK, self._mask())
+        return self._store_where_named(sockets.REGION, mesh, REGION, self._weight(sockets.REGION))
+
+    def _store_where_named(self, name: str, mesh: Socket, prefix: str, value: Socket) -> Socket:
+        """Stores a number a point where the text input of this name is not empty."""
+        some = self._compare("GREATER_THAN", "INT", self._length(name), 0)
+        return self._switch("GEOMETRY", some, self._store(mesh, prefix, "FLOAT", value), mesh)
 
     def _mask(self) -> Socket:
+        weight = self._weight("Vertex Group")
+        return self._switch("FLOAT", self._inputs.outputs["Invert"], self._floats("SUBTRACT", 1.0, weight), weight)
+
+    def _weight(self, name: str) -> Socket:
+        """Weight of each point in the vertex group that the input of this name names."""
         weight = self._node("GeometryNodeInputNamedAttribute", data_type="FLOAT")
-        self._link(self._inputs.outputs["Vertex Group"], weight.inputs["Name"])
-        inverted = self._floats("SUBTRACT", 1.0, weight.outputs["Attribute"])
-        return self._switch("FLOAT", self._inputs.outputs["Invert"], inverted, weight.outputs["Attribute"])
+        self._link(self._inputs.outputs[name], weight.inputs["Name"])
+        return weight.outputs["Attribute"]
+
+    def _length(self, name: str) -> Socket:
+        """Letters of the text input of this name."""
+        length = self._node("FunctionNodeStringLength")
+        self._link(self._inputs.outputs[name], length.inputs[0])
+        return length.outputs[0]
 
     def _result(self) -> Socket:
         viewport = self._node("GeometryNodeIsViewport").outputs[0]
@@ -123,6 +143,11 @@ class _Builder:
         info = self._node("GeometryNodeObjectInfo", transform_space="ORIGINAL")
         self._link(self._inputs.outputs[name], info.inputs[0])
         return info.outputs["Geometry"]
+
+    def _pins_geometry(self) -> Socket:
+        info = self._node("GeometryNodeCollectionInfo", transform_space="ORIGINAL")
+        self._link(self._inputs.outputs[sockets.PINS], info.inputs[0])
+        return info.outputs[0]
 
     def _counts_agree(self, mesh: Socket, result: Socket) -> Socket:
         return self._compare("EQUAL", "INT", self._point_count(mesh), self._point_count(result))
@@ -147,14 +172,16 @@ class _Builder:
     def _every_input_used(self) -> Socket:
         """True always, through every input that only the add-on reads: Blender greys out what reaches no output."""
         total: Socket | float = 0.0
-        for name in ("Strength", "Preserve", "Target", *SHAPING):
+        for name in (*NUMBERS, *SWITCHES):
             total = self._floats("ADD", total, self._inputs.outputs[name])
         for name in sockets.MENUS:
             total = self._floats("ADD", total, self._menu_number(name))
         length = self._node("ShaderNodeVectorMath", operation="LENGTH")
         self._link(self._inputs.outputs["Axes"], length.inputs[0])
         total = self._floats("ADD", total, length.outputs["Value"])
-        total = self._floats("ADD", total, self._point_count(self._object_geometry(sockets.LATTICE)))
+        total = self._floats("ADD", total, self._length(sockets.STIFFNESS))
+        for geometry in (*map(self._object_geometry, (sockets.LATTICE, sockets.FRAME)), self._pins_geometry()):
+            total = self._floats("ADD", total, self._point_count(geometry))
         return self._compare("EQUAL", "FLOAT", self._floats("MULTIPLY", total, 0.0), 0.0)
 
     def _menu_number(self, name: str) -> Socket:
@@ -182,9 +209,6 @@ class _Builder:
         size = self._node("GeometryNodeAttributeDomainSize", component="MESH")
         self._link(geometry, size.inputs[0])
         return size.outputs["Point Count"]
-
-    def _both(self, one: Socket, other: Socket) -> Socket:
-        return self._operation(self._node("FunctionNodeBooleanMath", operation="AND"), one, other)
 
     def _floats(self, operation: str, one: Socket | float, other: Socket | float) -> Socket:
         return self._operation(self._node("ShaderNodeMath", operation=operation), one, other)

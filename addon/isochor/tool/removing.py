@@ -4,15 +4,16 @@
 import bpy
 
 from ..core import problem
-from . import adding, animation_paths, baked, baked_lattice, lattices, node_group, results, speed, stack
+from . import adding, animation_paths, baked, baked_lattice, lattices, node_group, pin_collection, results, speed, stack
 
 
 def remove(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
     """Removes the modifier with its keys and drivers, its result meshes, a bake that plays in its place, the lattice
-    that isochor.add made for it if nothing else uses it, and the node group with its last user."""
+    and the pins that were made for it if nothing else uses them, and the node group with its last user."""
     if baked.is_playing(obj):
         baked.switch_back(obj)
     lattice = lattices.of(modifier)
+    pin_collection.take_away(modifier, bpy.context.scene)
     results.remove(modifier)
     animation_paths.remove(obj, [animation_paths.of_modifier(modifier)])
     obj.modifiers.remove(modifier)

@@ -3,6 +3,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import bpy
 
@@ -14,23 +15,31 @@ def measure_for_render(
 ) -> None:
     """Keeps the rest volume of renders on the modifier's render result. The viewport's must have been kept before."""
     shown, rendered = results.of(modifier, "VIEWPORT"), results.of(modifier, "RENDER")
-    if shown is None or rendered is None:
+    if shown is None or rendered is None or not _is_kept(shown):
         return
-    kept = shown.get(results.REST_VOLUME)
     differing = stack.differing_before(obj, modifier)
-    if kept is not None and differing:
-        with viewport_as_render(differing):
-            view_layer.update()
-            kept = entering_volume(obj, modifier)
+    if not differing:
+        results.copy_rest(shown, rendered)
+        return
+    with viewport_as_render(differing):
         view_layer.update()
-    if kept is not None:
-        results.keep_rest(rendered, kept, obj)
+        _keep_entering(obj, modifier, rendered)
+    view_layer.update()
 
 
-def entering_volume(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> float | None:
-    """Signed volume of the mesh that entered when the viewport was last evaluated, or None where it has none."""
+def _keep_entering(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, result: bpy.types.Object) -> None:
+    """Keeps what entered when the viewport was last evaluated; nothing where that encloses no volume."""
     memory = state.recall(obj, modifier)
-    return None if memory is None else memory.solver.bound_volume()
+    if memory is None or memory.asked is None:
+        return
+    whole = memory.solver.whole_volume(memory.asked)
+    if whole is not None:
+        results.keep_rest(result, whole, obj)
+    bodies = memory.asked.bodies
+    if bodies is not None:
+        parts = memory.solver.incoming_parts(replace(memory.asked, rest_volume=whole))
+        if parts is not None:
+            results.keep_parts(result, bodies.stamp(len(memory.asked.positions)), parts, obj)
 
 
 def measure_missing(view_layer: bpy.types.ViewLayer) -> None:
@@ -41,9 +50,18 @@ def measure_missing(view_layer: bpy.types.ViewLayer) -> None:
             continue
         for modifier in stack.ours(obj):
             shown, rendered = results.of(modifier, "VIEWPORT"), results.of(modifier, "RENDER")
-            known = shown is not None and results.REST_VOLUME in shown
-            if known and rendered is not None and results.REST_VOLUME not in rendered:
+            if shown is not None and rendered is not None and _lacks(rendered, shown):
                 measure_for_render(obj, modifier, view_layer)
+
+
+def _is_kept(result: bpy.types.Object) -> bool:
+    return results.REST_VOLUME in result or results.REST_PARTS in result
+
+
+def _lacks(rendered: bpy.types.Object, shown: bpy.types.Object) -> bool:
+    """Whether the viewport's result knows a volume of which the render's knows no counterpart."""
+    whole = results.REST_VOLUME in shown and results.REST_VOLUME not in rendered
+    return whole or bool(results.kinds_of_parts(shown) - results.kinds_of_parts(rendered))
 
 
 @contextmanager

@@ -5,9 +5,12 @@ Two for each modifier, because viewport and render may see different meshes at t
 sense carries each, since an input can name an object only.
 """
 
+import json
+from functools import lru_cache
+
 import bpy
 
-from ..core.solver import Vertices
+from ..core.request import Vertices
 from ..core.volume import enclosed, has_changed
 from . import bound, evaluated, node_group, sockets, stack
 
@@ -17,6 +20,10 @@ REST_COUNT = "isochor_rest_count"
 """Custom property of a result object: number of vertices of the object's own mesh at that time."""
 REST_OWN_VOLUME = "isochor_rest_own_volume"
 """Custom property of a result object: volume of the object's own mesh at that time, which tells of edits since."""
+REST_PARTS = "isochor_rest_parts"
+"""Custom property of a result object: volumes of the bodies when they were first asked for, as JSON, by the stamp of
+``core.bodies.Bodies``."""
+REST_KEYS = (REST_VOLUME, REST_COUNT, REST_OWN_VOLUME, REST_PARTS)
 
 INPUT_OF_MODE = {"VIEWPORT": sockets.VIEWPORT_RESULT, "RENDER": sockets.RENDER_RESULT}
 
@@ -60,6 +67,41 @@ def write(result: bpy.types.Object, positions: Vertices | None) -> None:
 def keep_rest(result: bpy.types.Object, volume: float, obj: bpy.types.Object) -> None:
     """Notes the volume that entered, in the space of ``obj``, the deformed object."""
     result[REST_VOLUME] = volume
+    _note_own(result, obj)
+
+
+def keep_parts(result: bpy.types.Object, stamp: str, parts: tuple[float, ...], obj: bpy.types.Object) -> None:
+    """Notes the volumes of the bodies, in place of those of other regions of as many vertices."""
+    like = stamp.rpartition(":")[0]
+    others = {key: kept for key, kept in _parts(result.get(REST_PARTS, "{}")).items() if key.rpartition(":")[0] != like}
+    result[REST_PARTS] = json.dumps({**others, stamp: parts})
+    if REST_OWN_VOLUME not in result:
+        _note_own(result, obj)
+
+
+def kept_parts(result: bpy.types.Object | None, stamp: str) -> tuple[float, ...] | None:
+    """The volumes of the bodies with this stamp, or None where they are not known."""
+    return None if result is None else _parts(result.get(REST_PARTS, "{}")).get(stamp)
+
+
+def kinds_of_parts(result: bpy.types.Object) -> set[str]:
+    """The kinds of bodies whose volumes are known."""
+    return {stamp.partition(":")[0] for stamp in _parts(result.get(REST_PARTS, "{}"))}
+
+
+def copy_rest(source: bpy.types.Object, result: bpy.types.Object) -> None:
+    """Gives a result object all that another one knows of the rest volume."""
+    for key in REST_KEYS:
+        if key in source:
+            result[key] = source[key]
+
+
+@lru_cache(maxsize=64)
+def _parts(text: str) -> dict[str, tuple[float, ...]]:
+    return {stamp: tuple(volumes) for stamp, volumes in json.loads(text).items()}
+
+
+def _note_own(result: bpy.types.Object, obj: bpy.types.Object) -> None:
     result[REST_COUNT] = len(obj.data.vertices)
     result[REST_OWN_VOLUME] = enclosed(*evaluated.own_shape(obj.data))
 
@@ -71,7 +113,7 @@ def is_edited(result: bpy.types.Object, obj: bpy.types.Object) -> bool:
 
 def forget_rest(result: bpy.types.Object) -> None:
     """The next volume that enters becomes the rest volume, as after copying the modifier to another mesh."""
-    for key in (REST_VOLUME, REST_COUNT, REST_OWN_VOLUME):
+    for key in REST_KEYS:
         if key in result:
             del result[key]
 

@@ -13,7 +13,7 @@ import isochor
 from ..core import grid, problem, simulation
 from ..core.report import Report
 from ..core.settings import Settings
-from . import evaluated, lattices, state
+from . import evaluated, lattice_weights, lattices, state
 
 Array = NDArray[np.float64]
 Plane = tuple[Array, Array]
@@ -146,17 +146,12 @@ def volume_factor(report: Report) -> float | None:
 def pinned_points(lattice: bpy.types.Object, group_name: str) -> NDArray[np.bool_]:
     """(nu, nv, nw): which points are led by the animation."""
     data = lattice.data
-    shape = (data.points_u, data.points_v, data.points_w)
-    weights = np.zeros(len(data.points))
-    if group_name:
-        group = lattice.vertex_groups.get(group_name)
-        if group is None:
-            raise problem.Problem(problem.no_pin_group(group_name, lattice.name))
-        for number, point in enumerate(data.points):
-            for entry in point.groups:
-                if entry.group == group.index:
-                    weights[number] = entry.weight
-    return np.ascontiguousarray(simulation.weights_in_order(weights, shape) >= PINNED_FROM)
+    if not group_name:
+        return np.zeros((data.points_u, data.points_v, data.points_w), np.bool_)
+    weights = lattice_weights.of_group(lattice, group_name)
+    if weights is None:
+        raise problem.Problem(problem.no_pin_group(group_name, lattice.name))
+    return np.asarray(weights >= PINNED_FROM)
 
 
 def users_in(context: bpy.types.Context, lattice: bpy.types.Object) -> Users:

@@ -6,6 +6,7 @@ menus as names.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import bpy
@@ -20,11 +21,15 @@ MENUS = {
     "Outside": settings.OUTSIDES,
     "Axis": settings.AXES,
     "Pivot": settings.PIVOTS,
+    "Cost": settings.COSTS,
 }
 SQUASH, TAPER, TWIST, BEND, BEND_DIRECTION = "Squash", "Taper", "Twist", "Bend", "Bend Direction"
 VIEWPORT_RESULT, RENDER_RESULT, SLOT = "Viewport Result", "Render Result", "Slot"
-LATTICE = "Lattice"
-OBJECTS = (LATTICE, VIEWPORT_RESULT, RENDER_RESULT)
+LATTICE, FRAME, PINS = "Lattice", "Frame", "Pins"
+STIFFNESS, REGION, REGION_TARGET = "Stiffness", "Region", "Region Target"
+ISLANDS, CLOSE_HOLES, WHERE_LOST, UNFOLDED, FALLOFF = "Islands", "Close Holes", "Where Lost", "Unfolded", "Falloff"
+OBJECTS = (LATTICE, FRAME, PINS, VIEWPORT_RESULT, RENDER_RESULT)
+"""Those that hold an object or a collection."""
 
 
 _identifiers: dict[int, dict[str, str]] = {}
@@ -96,10 +101,11 @@ def write(modifier: bpy.types.NodesModifier, name: str, value: Any) -> None:
 
 def read_settings(modifier: bpy.types.NodesModifier) -> settings.Settings:
     """Everything but the objects, from an evaluated modifier. A group linked from a file older than the panel Animate
-    has no inputs of it, which then shape nothing."""
+    has no inputs of it, which then shape nothing; so for what came later."""
     value = reader(modifier)
+    known = identifiers(modifier.node_group)
     x, y, z = value("Axes")
-    return settings.Settings(
+    found = settings.Settings(
         strength=value("Strength"),
         vertex_group=value("Vertex Group"),
         invert=bool(value("Invert")),
@@ -111,8 +117,10 @@ def read_settings(modifier: bpy.types.NodesModifier) -> settings.Settings:
         method=value("Method"),
         basis=value("Basis"),
         outside=value("Outside"),
-        shaping=_read_shaping(value) if SQUASH in identifiers(modifier.node_group) else settings.Shaping(),
+        shaping=_read_shaping(value) if SQUASH in known else settings.Shaping(),
     )
+    later = _read_later(value, found.method) if ISLANDS in known else {}
+    return replace(found, **later) if later else found
 
 
 def _read_shaping(value: Callable[[str], Any]) -> settings.Shaping:
@@ -121,6 +129,23 @@ def _read_shaping(value: Callable[[str], Any]) -> settings.Shaping:
     if (squash, taper, twist, bend) == settings.NEUTRAL:
         return settings.Shaping()
     return settings.Shaping(value("Axis"), squash, taper, twist, bend, value(BEND_DIRECTION), value("Pivot"))
+
+
+def _read_later(value: Callable[[str], Any], method: str) -> dict[str, Any]:
+    """What differs from its default among the inputs that came with version 3, by the name of its field; those are
+    read first on which others depend."""
+    parts = bool(value(ISLANDS)), bool(value(CLOSE_HOLES)), value(REGION)
+    found: dict[str, Any] = {
+        "stiffness": value(STIFFNESS),
+        "where_lost": max(0.0, min(1.0, value(WHERE_LOST))),
+        "unfolded": bool(value(UNFOLDED)),
+        "falloff": max(0.0, value(FALLOFF)),
+    }
+    if any(parts):
+        found["parts"] = settings.Parts(*parts, value(REGION_TARGET) if parts[2] else 1.0)
+    if method == "Nearest":
+        found["cost"] = value("Cost")
+    return {name: kept for name, kept in found.items() if kept}
 
 
 def _as_properties(modifier: bpy.types.NodesModifier) -> bool:

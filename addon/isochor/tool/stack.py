@@ -48,6 +48,12 @@ def face_stamp(modifiers: list[bpy.types.Modifier]) -> tuple[int, ...] | None:
     return tuple(modifier.persistent_uid for modifier in modifiers) if steady else None
 
 
+def keeps_own_vertices(modifiers: list[bpy.types.Modifier], modifier: bpy.types.Modifier) -> bool:
+    """Whether the vertices of the object's own mesh are the first of those that enter ``modifier``."""
+    before = modifiers[: modifiers.index(modifier)]
+    return all(is_ours(other) or other.type in FACES_UNTOUCHED_BY for other in before)
+
+
 def following(modifiers: list[bpy.types.Modifier], modifier: bpy.types.Modifier) -> list[bpy.types.Modifier]:
     """Those after ``modifier`` that are not ours."""
     place = modifiers.index(modifier)

@@ -8,13 +8,14 @@ from collections.abc import Callable
 import bpy
 
 from . import frame_memory, node_group, results, stack
-from .update import Memory, update_object
+from .job import Memory
+from .update import update_object
 
 _lock = threading.RLock()
 _memories: dict[tuple[int, int, str], Memory] = {}
 _printed: set[str] = set()
 _edits: Counter[int] = Counter()
-"""Edits seen of each mesh, by its session identifier."""
+"""Edits seen of each mesh and lattice, by its session identifier."""
 
 
 def clear() -> None:
@@ -62,7 +63,7 @@ def recall(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mode: str =
 def refresh(objects: list[bpy.types.Object], depsgraph: bpy.types.Depsgraph) -> None:
     """Computes these objects' modifiers from what ``depsgraph`` evaluated and writes their result meshes."""
     with _lock:
-        _edits.update(edited_meshes(depsgraph))
+        _edits.update(edited_data(depsgraph))
         if not objects:
             return
         results.ensure_own()
@@ -70,16 +71,16 @@ def refresh(objects: list[bpy.types.Object], depsgraph: bpy.types.Depsgraph) -> 
             if obj.mode != "OBJECT":
                 # Sculpting and its like change the mesh without Blender reporting an edit of it.
                 _edits[obj.data.session_uid] += 1
-            for memory in update_object(obj, depsgraph, _edits[obj.data.session_uid], _memories):
+            for memory in update_object(obj, depsgraph, _edits, _memories):
                 _print_once(obj, memory.report.problems)
 
 
-def edited_meshes(depsgraph: bpy.types.Depsgraph) -> set[int]:
-    """Session identifiers of the meshes that Blender says were edited since it evaluated last."""
+def edited_data(depsgraph: bpy.types.Depsgraph) -> set[int]:
+    """Session identifiers of the meshes and lattices that Blender says were edited since it evaluated last."""
     return {
         update.id.original.session_uid
         for update in depsgraph.updates
-        if update.is_updated_geometry and isinstance(update.id, bpy.types.Mesh)
+        if update.is_updated_geometry and isinstance(update.id, bpy.types.Mesh | bpy.types.Lattice)
     }
 
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Computes one object's Volume Lattice modifiers from one evaluated depsgraph and writes their result meshes."""
 
-from dataclasses import dataclass, field, replace
+from collections import Counter
+from dataclasses import replace
 from typing import Any
 
 import bpy
@@ -9,85 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import grid, problem, shaping
-from ..core.folding import Folding
 from ..core.report import Report
+from ..core.request import Request, Vertices
 from ..core.settings import Settings
-from ..core.solver import Outcome, Request, Solver, Vertices
-from . import device, evaluated, frame_memory, node_group, results, sockets, stack
-from .bound import BoundCache
-from .drawn import Cuts
-
-Key = tuple[int, int, str]
-"""Session identifier of the object, identifier of the modifier in it, depsgraph mode."""
-
-
-@dataclass
-class Memory:
-    """What one modifier keeps between frames in one mode."""
-
-    solver: Solver = field(default_factory=Solver)
-    faces: evaluated.Faces = field(default_factory=evaluated.Faces)
-    own_positions: Vertices | None = None
-    own_stamp: tuple[int, int] | None = None
-    bound: BoundCache = field(default_factory=BoundCache)
-    lattice_boxes: dict[int, evaluated.Box] = field(default_factory=dict)
-    metric: NDArray[np.float64] | None = None
-    edited: bool = False
-    edited_stamp: tuple[int, int, float] | None = None
-    written: Outcome | None = None
-    asked: Request | None = None
-    """Of the frame evaluated last; None where what was wrong left nothing to ask."""
-    anchored: bool = False
-    anchor: NDArray[np.float64] | None = None
-    report: Report = field(default_factory=Report)
-    cuts: Cuts = field(default_factory=Cuts)
-    folding: Folding = field(default_factory=Folding)
-
-    @property
-    def transform_before(self) -> NDArray[np.float64] | None:
-        """The lattice's transform that this frame's is taken for where the two hardly differ: that of the frame before,
-        or while frames must not depend on those before them that of one certain frame."""
-        return self.anchor if self.anchored else self.solver.bound_transform
-
-
-@dataclass(frozen=True)
-class Job:
-    """One modifier of one object in one evaluation."""
-
-    obj: bpy.types.Object
-    obj_evaluated: bpy.types.Object
-    modifier: bpy.types.NodesModifier
-    depsgraph: bpy.types.Depsgraph
-    mesh_edits: int
-
-    @property
-    def mode(self) -> str:
-        return self.depsgraph.mode
-
-    @property
-    def key(self) -> Key:
-        """Names the modifier in this session, across undo and renaming."""
-        return self.obj.session_uid, self.modifier.persistent_uid, self.mode
-
-    @property
-    def evaluated_modifier(self) -> bpy.types.NodesModifier:
-        """The copy with drivers and keys applied."""
-        return self.obj_evaluated.modifiers[self.modifier.name]
-
-    def attribute(self, prefix: str, field_name: str, width: int, dtype: type[np.generic]) -> NDArray[Any] | None:
-        """One of the attributes that the node group stored on the evaluated mesh."""
-        return evaluated.attribute(self.obj_evaluated.data, prefix + self.slot, field_name, width, dtype)
-
-    @property
-    def slot(self) -> str:
-        return str(self.modifier.persistent_uid)
+from ..core.solver import Outcome
+from . import correction_inputs, device, evaluated, frame_memory, node_group, rest_volumes, results, sockets, stack
+from .job import Job, Key, Memory
 
 
 def update_object(
-    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, mesh_edits: int, memories: dict[Key, Memory]
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, edits: Counter[int], memories: dict[Key, Memory]
 ) -> list[Memory]:
     """Computes all of the object's modifiers that are on, each fed the fresh result of the one before, and writes
-    what has changed. ``mesh_edits`` counts the edits of its mesh. Returns the memories touched, reports in them."""
+    what has changed. ``edits``: of each mesh and lattice, by session identifier, how often it was edited. Returns the
+    memories touched, reports in them."""
     obj_evaluated = obj.evaluated_get(depsgraph)
     if not obj_evaluated.is_evaluated or obj_evaluated.type != "MESH" or obj_evaluated.data.is_editmode:
         return []
@@ -97,7 +33,7 @@ def update_object(
     for place, modifier in enumerate(modifiers):
         if not stack.is_ours(modifier):
             continue
-        job = Job(obj, obj_evaluated, modifier, depsgraph, mesh_edits)
+        job = Job(obj, obj_evaluated, modifier, depsgraph, edits)
         if sockets.read(job.evaluated_modifier, sockets.SLOT) != job.slot:
             continue
         if job.key not in memories:
@@ -124,7 +60,7 @@ def _update_modifier(
         memory.bound.look_at(result)
         request, problems = _request(job, memory, modifiers, entered, settings)
         problems += _edited(job, memory, result, settings)
-        memory.asked = _with_rest_volume(job, memory, request, result)
+        memory.asked = rest_volumes.known(job, request, memory.solver, result)
         outcome = memory.solver.solve(memory.asked)
     except problem.Problem as trouble:
         outcome = Outcome(None, Report(problems=(trouble.sentence,)))
@@ -195,6 +131,11 @@ def _request(
     rest_grid = grid.Grid(points.shape, points.low, points.high, settings.basis, transform)
     influence, problems = _influence(job, settings, len(positions))
     triangles, no_triangles = _triangles(job, memory, modifiers, len(positions))
+    bodies, region_problems = correction_inputs.bodies(job, memory, settings, triangles, len(positions))
+    stiffness, stiffness_problems = correction_inputs.stiffness(job, memory, settings, lattice)
+    frame, frame_problems = correction_inputs.frame(job, settings, object_matrix, transform)
+    pins, pin_problems = correction_inputs.pins(job, memory, modifiers, positions, triangles)
+    problems += [*region_problems, *stiffness_problems, *frame_problems, *pin_problems]
     request = Request(
         positions=positions,
         influence=influence,
@@ -202,12 +143,15 @@ def _request(
         no_triangles=no_triangles,
         grid=rest_grid,
         control=grid.control_points(rest_grid, _shaped(memory, rest_grid, points, lattice_matrix, settings)),
-        frame=grid.correction_frame(settings.space, object_matrix, transform),
+        frame=frame,
         rest_volume=None,
         settings=settings,
         device=device.chosen(),
         double=device.is_double(),
         bound=bound,
+        bodies=bodies,
+        stiffness=stiffness,
+        pins=pins,
     )
     return request, [*problems, *_between(modifiers, job.modifier)]
 
@@ -263,39 +207,6 @@ def _triangles(
         others = [*stack.preceding(modifiers, job.modifier), *stack.following(modifiers, job.modifier)]
         return None, problem.faces_hidden_by([modifier.name for modifier in others])
     return (triangles, "") if len(triangles) else (None, problem.NO_FACES)
-
-
-def _with_rest_volume(job: Job, memory: Memory, request: Request, result: bpy.types.Object | None) -> Request:
-    """The request with the volume kept in the file; where none is kept yet, what enters now is."""
-    if result is None:
-        return request
-    volume = result.get(results.REST_VOLUME)
-    if volume is None:
-        volume = _volume_shown(job) if job.mode == "RENDER" else None
-        volume = memory.solver.incoming_volume(request) if volume is None else volume
-        if volume is not None:
-            _keep_rest(job, result, volume)
-    return replace(request, rest_volume=volume)
-
-
-def _volume_shown(job: Job) -> float | None:
-    """The rest volume that the viewport keeps, where what enters in a render is the same mesh."""
-    shown = results.of(job.modifier, "VIEWPORT")
-    if shown is None or stack.differing_before(job.obj, job.modifier):
-        return None
-    volume: float | None = shown.get(results.REST_VOLUME)
-    return volume
-
-
-def _keep_rest(job: Job, result: bpy.types.Object, volume: float) -> None:
-    """Keeps the rest volume; the viewport's for renders too where the same mesh enters, so that every process that
-    renders the file has it. Where another enters, it is measured on saving: settings must not change here."""
-    results.keep_rest(result, volume, job.obj)
-    rendered = results.of(job.modifier, "RENDER")
-    if job.mode == "RENDER" or rendered is None or results.REST_VOLUME in rendered:
-        return
-    if not stack.differing_before(job.obj, job.modifier):
-        results.keep_rest(rendered, volume, job.obj)
 
 
 def _edited(job: Job, memory: Memory, result: bpy.types.Object | None, settings: Settings) -> list[str]:

@@ -6,8 +6,8 @@ from collections.abc import Generator, Sequence
 import bpy
 
 from ..core import problem
-from ..core.solver import target_volume
-from ..core.volume import measures
+from ..core.bodies import volumes as body_volumes
+from ..core.targets import target_volume
 from ..core.volume_curve import UNKNOWN, Sample, VolumeCurve
 from ..core.words import Sentence, together
 from . import results, stack, state
@@ -86,8 +86,9 @@ def volumes(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> tuple[f
     target = target_volume(binding, memory.asked)
     if target is None:
         return UNKNOWN
-    before = binding.deform(memory.asked.control)
-    return target, measures(before, triangles).volume, measures(left, triangles).volume
+    before, bodies = binding.deform(memory.asked.control), memory.asked.bodies
+    after = body_volumes(left, triangles, bodies).sum()
+    return target, float(body_volumes(before, triangles, bodies).sum()), float(after)
 
 
 def _require_evaluated(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> None:

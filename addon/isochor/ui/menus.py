@@ -11,6 +11,7 @@ from .binding import ISOCHOR_OT_clear_rest, ISOCHOR_OT_set_rest
 from .fitting import ISOCHOR_OT_fit_lattice
 from .measuring import ISOCHOR_OT_measure_volume
 from .mirroring import ISOCHOR_OT_mirror_lattice
+from .pinning import ISOCHOR_OT_add_pin, ISOCHOR_OT_bind_pins, ISOCHOR_OT_remove_pins
 from .removing import ISOCHOR_OT_remove
 from .simulating import ISOCHOR_OT_free_simulation, ISOCHOR_OT_simulate
 from .squash_ground import ISOCHOR_OT_squash_from_ground
@@ -23,6 +24,11 @@ LATTICE = (
     (ISOCHOR_OT_mirror_lattice, "MOD_MIRROR"),
     (ISOCHOR_OT_set_rest, "LINKED"),
     (ISOCHOR_OT_clear_rest, "UNLINKED"),
+)
+PINS = (
+    (ISOCHOR_OT_add_pin, "PINNED"),
+    (ISOCHOR_OT_bind_pins, "LINKED"),
+    (ISOCHOR_OT_remove_pins, "UNPINNED"),
 )
 DRIVERS = (
     (ISOCHOR_OT_squash_from_ground, "MESH_PLANE"),
@@ -40,7 +46,7 @@ RESULTS = (
     (ISOCHOR_OT_free_bake, "LOOP_BACK"),
     (ISOCHOR_OT_apply, "CHECKMARK"),
 )
-GROUPS = (LATTICE, DRIVERS, PHYSICS, RESULTS, ((ISOCHOR_OT_remove, "X"),))
+GROUPS = (LATTICE, PINS, DRIVERS, PHYSICS, RESULTS, ((ISOCHOR_OT_remove, "X"),))
 """Operator and icon of each line of Object, Volume Lattice, with a line between groups."""
 
 
@@ -76,10 +82,18 @@ def draw_object_entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None
     menu.layout.menu(VIEW3D_MT_isochor.__name__, icon="MOD_LATTICE")
 
 
+def draw_pin_entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    """One line in the Vertex and the Face menu of a mesh's Edit Mode."""
+    menu.layout.separator()
+    menu.layout.operator(ISOCHOR_OT_add_pin.bl_idname, text="Add Volume Lattice Pin", icon="PINNED")
+
+
 PLACES = (
     ("OBJECT_MT_modifier_add_deform", draw_modifier_entry),
     ("VIEW3D_MT_object", draw_object_entry),
     ("VIEW3D_MT_edit_lattice", draw_object_entry),
+    ("VIEW3D_MT_edit_mesh_vertices", draw_pin_entry),
+    ("VIEW3D_MT_edit_mesh_faces", draw_pin_entry),
 )
 
 

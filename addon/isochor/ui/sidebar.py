@@ -10,7 +10,7 @@ import isochor
 from ..core import problem
 from ..core.report import Report
 from ..core.words import Sentence
-from ..tool import baked, sockets, stack, state, words
+from ..tool import baked, pin_collection, sockets, stack, state, words
 from ..tool.lattices import users_of
 from .adding import ISOCHOR_OT_add
 from .choosing import active_object
@@ -46,11 +46,13 @@ class VIEW3D_PT_isochor(bpy.types.Panel):
 
 
 def shown(context: bpy.types.Context) -> list[tuple[bpy.types.Object, bpy.types.NodesModifier]]:
-    """The Volume Lattices of the active mesh, or those that the active lattice shapes."""
+    """The Volume Lattices of the active mesh, or those that the active lattice shapes, or the active pin belongs to."""
     obj = active_object(context)
     if obj is None:
         return []
-    return users_of(obj) if obj.type == "LATTICE" else [(obj, modifier) for modifier in stack.ours(obj)]
+    if obj.type == "LATTICE":
+        return users_of(obj)
+    return [(obj, modifier) for modifier in stack.ours(obj)] or pin_collection.users(obj)
 
 
 def nothing_to_show(context: bpy.types.Context) -> str:
@@ -84,8 +86,8 @@ def draw_modifier(
         return
     for text in memory.report.problems:
         draw_text(layout, text, "ERROR", width)
-    if memory.report.inside_out:
-        draw_text(layout, problem.INSIDE_OUT, "INFO", width)
+    for text in memory.report.notes:
+        draw_text(layout, text, "INFO", width)
     drawn = "" if is_playing() else memory.cuts.note(memory.report, memory.faces)
     if drawn:
         draw_text(layout, drawn, "INFO", width)
@@ -125,13 +127,18 @@ def rows(report: Report) -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = []
     volumes = report.volumes
     if volumes is not None:
+        if volumes.bodies > 1:
+            found.append((words.shown("Volumes kept"), f"{volumes.bodies}"))
         found += [
             (words.shown("Target volume"), f"{volumes.target:.6g}"),
             (words.shown("Lattice alone"), f"{volumes.before:.6g} ({percent(volumes.before, volumes.target)})"),
             (words.shown("Corrected"), f"{volumes.after:.6g}"),
-            (words.shown("Error"), f"{volumes.error:.1e}"),
-            (words.shown("Points moved up to"), f"{report.largest_displacement:.4g}"),
+            (words.shown("Error" if volumes.bodies == 1 else "Largest error"), f"{volumes.error:.1e}"),
         ]
+    if report.missing:
+        found.append((words.shown("Missing volume"), f"{report.missing:.4g}"))
+    if report.largest_displacement is not None:
+        found.append((words.shown("Points moved up to"), f"{report.largest_displacement:.4g}"))
     if report.vertices_outside is not None:
         found.append((words.shown("Vertices outside"), f"{report.vertices_outside}"))
     if report.result is not None:

@@ -10,7 +10,7 @@ use glam::DVec3;
 use crate::preserve::constraints::{add_scaled, norm};
 use crate::preserve::correction::Correction;
 use crate::preserve::passes::Passes;
-use crate::preserve::sweep::{WILD, step};
+use crate::preserve::sweep::{WILD, WILD_OF_SEVERAL, step};
 
 /// A volume this near to its target, relative to the volumes on the way, is a step along one axis away from it that is too short
 /// to be seen: what the last step adds to a displacement is of the same relative size.
@@ -128,7 +128,8 @@ impl<'c, 'a, P: Passes> Search<'c, 'a, P> {
 
     /// Whether the way from here to `q` is too long for any shape.
     pub(crate) fn is_wild(&self, q: &[f64]) -> bool {
-        let wild = WILD * self.correction.scale.extent;
+        let wild =
+            if self.targets.len() == 1 { WILD } else { WILD_OF_SEVERAL } * self.correction.scale.extent;
         let metric = &self.correction.plan.metric;
         q.chunks(self.base.len()).any(|q| metric.displacement(q).iter().any(|d| d.is_nan() || d.abs() > wild))
     }

@@ -22,7 +22,7 @@ pub(crate) const WILD: f64 = 1e6;
 
 /// The same where several bodies are to be changed: what takes a displacement this long is bodies that change almost alike, and none
 /// of what it does to the mesh was asked for.
-const WILD_OF_SEVERAL: f64 = 1e2;
+pub(crate) const WILD_OF_SEVERAL: f64 = 1e2;
 
 /// What the volumes of the bodies are to be while axes take their shares.
 struct Course {
