@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from lettering import distance_to_segments, word_segments
 from numpy.typing import NDArray
+from relief import inside
 
 Values = NDArray[np.float64]
 
@@ -49,17 +50,11 @@ def make_ball_surface(directions: Values) -> BallSurface:
     groove = _groove_distance(latitude)
     radius = (
         1.0
-        + LETTER_RELIEF * _inside(ink, EDGE_SOFTNESS)
-        + GROOVE_RELIEF * _inside(groove, EDGE_SOFTNESS)
-        + DIMPLE_RELIEF * _inside(dimple, DIMPLE_RADIUS)
+        + LETTER_RELIEF * inside(ink, EDGE_SOFTNESS)
+        + GROOVE_RELIEF * inside(groove, EDGE_SOFTNESS)
+        + DIMPLE_RELIEF * inside(dimple, DIMPLE_RADIUS)
     )
     return BallSurface(radius, latitude, ink, dimple, groove)
-
-
-def _inside(distance: Values, softness: float) -> Values:
-    """1 well inside, 0 outside, with a smooth edge `softness` wide that ends at distance 0."""
-    share = np.clip(-distance / softness, 0, 1)
-    return share * share * (3 - 2 * share)
 
 
 def _ink_distance(longitude: Values, latitude: Values) -> Values:

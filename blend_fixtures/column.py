@@ -4,6 +4,7 @@
 import bpy
 import numpy as np
 from numpy.typing import NDArray
+from rings import ring_triangles
 from stage import make_striped_material
 
 SIDES, RINGS, CAP_RINGS = 96, 96, 14
@@ -17,7 +18,7 @@ def make_column(name: str = "Column") -> bpy.types.Object:
     """Object that stands on its origin, linked to no collection yet."""
     points, around, up = _surface()
     mesh = bpy.data.meshes.new(name)
-    triangles = _triangles(len(points))
+    triangles = ring_triangles(len(points), SIDES)
     mesh.vertices.add(len(points))
     mesh.attributes["position"].data.foreach_set("vector", points.astype(np.float32).reshape(-1))
     mesh.loops.add(triangles.size)
@@ -52,18 +53,3 @@ def _surface() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.flo
     around = np.tile(np.sin(angle * STRIPES_AROUND / 2.0), len(shares))
     up = np.repeat(np.sin(np.pi * rise * STRIPES_UP), SIDES)
     return np.concatenate([points, ends]), np.append(around, [0.0, 0.0]), np.append(up, [0.0, 0.0])
-
-
-def _triangles(count: int) -> NDArray[np.int32]:
-    """(F, 3) vertex indices, wound outwards."""
-    rings = (count - 2) // SIDES
-    here = np.arange(rings * SIDES, dtype=np.int32).reshape(rings, SIDES)
-    beside = np.roll(here, -1, axis=1)
-    bottom, top = np.full(SIDES, count - 2), np.full(SIDES, count - 1)
-    parts = [
-        np.stack([here[:-1], beside[:-1], beside[1:]], axis=-1).reshape(-1, 3),
-        np.stack([here[:-1], beside[1:], here[1:]], axis=-1).reshape(-1, 3),
-        np.stack([bottom, beside[0], here[0]], axis=-1),
-        np.stack([top, here[-1], beside[-1]], axis=-1),
-    ]
-    return np.ascontiguousarray(np.concatenate(parts), dtype=np.int32)

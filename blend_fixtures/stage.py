@@ -25,7 +25,7 @@ TEAL_DIMPLE = (0.012, 0.13, 0.18)
 INK = (0.018, 0.030, 0.070)
 
 
-class _Shader:
+class Shader:
     """A material's node tree with the few node kinds used here; every method returns an output socket."""
 
     def __init__(self, name: str) -> None:
@@ -86,7 +86,7 @@ class _Shader:
 
 def make_ball_material() -> bpy.types.Material:
     """Rubber coloured by the ball's attributes latitude, ink, dimple and groove (see ball_surface)."""
-    shader = _Shader("Ball")
+    shader = Shader("Ball")
     latitude, dimple = shader.attribute("latitude"), shader.attribute("dimple")
     dimpled = shader.below(dimple, -0.012, softness=0.02)
     upper = shader.mix(dimpled, CORAL, CORAL_DIMPLE)
@@ -101,7 +101,7 @@ def make_ball_material() -> bpy.types.Material:
 
 def make_striped_material() -> bpy.types.Material:
     """Rubber in stripes by the attributes around and up: another colour where each is negative."""
-    shader = _Shader("Stripes")
+    shader = Shader("Stripes")
     around, up = (shader.below(shader.attribute(name), 0.0, softness=0.03) for name in ("around", "up"))
     light, dark = shader.mix(around, CORAL, CREAM), shader.mix(around, INK, TEAL)
     return shader.finish(shader.mix(up, light, dark), roughness=0.4, coat=0.15)
@@ -109,7 +109,7 @@ def make_striped_material() -> bpy.types.Material:
 
 def tint(name: str, colour: Colour) -> bpy.types.Material:
     """Plain, dull material of one colour."""
-    shader = _Shader(name)
+    shader = Shader(name)
     shader._fill(shader.principled.inputs["Base Color"], colour)
     shader.principled.inputs["Roughness"].default_value = 0.8
     return shader.material
@@ -119,7 +119,7 @@ def _add_ground() -> bpy.types.Object:
     mesh = bpy.data.meshes.new("Ground")
     half = GROUND_SIZE / 2
     mesh.from_pydata([(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)], [], [(0, 1, 2, 3)])
-    shader = _Shader("Ground")
+    shader = Shader("Ground")
     mesh.materials.append(shader.finish(shader.checker((0.62, 0.60, 0.57), (0.47, 0.455, 0.44), TILE), roughness=0.9))
     return bpy.data.objects.new("Ground", mesh)
 

@@ -9,22 +9,25 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
+from draw_methods import draw_methods, write_markdown  # noqa: E402
+from figure_table import read_methods  # noqa: E402
 from film_strip import DARK, GAP, PAPER, RED, TEAL  # noqa: E402
 from gallery_tile import Shot, read_shots  # noqa: E402
 from PIL import Image, ImageDraw, ImageFont  # noqa: E402
 
-CAPTION = 58
-COLUMNS = 4
+CAPTION, NOTE = 58, 24
+"""Height of what is said under a picture, and of the line more where the page has notes."""
 
 
 def draw_page(shots: list[Shot], out: Path, place: Path) -> None:
-    """Draws the shots of one page, at most COLUMNS side by side, with caption and volume under each."""
+    """Draws the shots of one page, side by side, with caption and volume under each."""
     width, height = Image.open(out / shots[0].file).size
-    columns = min(COLUMNS, len(shots))
+    columns = min(shots[0].columns, len(shots))
     rows = -(-len(shots) // columns)
-    page = Image.new("RGB", (columns * (width + GAP) + GAP, rows * (height + CAPTION + GAP) + GAP), PAPER)
+    across, down = width + GAP, height + CAPTION + GAP + (NOTE if any(shot.note for shot in shots) else 0)
+    page = Image.new("RGB", (columns * across + GAP, rows * down + GAP), PAPER)
     for number, shot in enumerate(shots):
-        left, top = GAP + number % columns * (width + GAP), GAP + number // columns * (height + CAPTION + GAP)
+        left, top = GAP + number % columns * across, GAP + number // columns * down
         page.paste(Image.open(out / shot.file), (left, top))
         _draw_caption(ImageDraw.Draw(page), left + 6, top + height + 6, shot)
     page.quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=2).save(place, optimize=True)
@@ -33,6 +36,7 @@ def draw_page(shots: list[Shot], out: Path, place: Path) -> None:
 def _draw_caption(draw: ImageDraw.ImageDraw, left: int, top: int, shot: Shot) -> None:
     colour = RED if shot.error is None else TEAL
     draw.text((left, top), shot.caption, font=ImageFont.load_default(20), fill=DARK)
+    draw.text((left, top + 26 + NOTE), shot.note, font=ImageFont.load_default(17), fill=DARK)
     draw.text((left, top + 26), volume_words(shot), font=ImageFont.load_default(17), fill=colour)
 
 
@@ -49,6 +53,11 @@ def main() -> None:
     for name, shots in groupby(read_shots(out / "gallery.json"), key=lambda shot: shot.page):
         draw_page(list(shots), out, out / f"{name}.png")
         print(out / f"{name}.png")
+    methods = read_methods(out / "figures.csv")
+    if methods:
+        write_markdown(out / "figures.md", methods)
+        draw_methods(out / "figures.png", methods)
+        print(out / "figures.png")
 
 
 if __name__ == "__main__":

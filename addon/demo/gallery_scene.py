@@ -2,16 +2,18 @@
 """What the gallery's pages have in common: a stage with one object under a Volume Lattice, inputs, and the lattice
 made visible (bpy)."""
 
+import importlib
 from math import radians
 from typing import Any
 
 import bpy
 import numpy as np
+from blender_session import EXTENSION
 from column import make_column
 from gallery_tile import Tile
 from stage import INK, set_stage, tint
 from surface_measures import enclosed_volume, measure, mesh_arrays
-from volume_lattice import add_volume_lattice, find_volume_lattice, set_input
+from volume_lattice import add_volume_lattice, find_volume_lattice, get_input, input_path, menu_items, set_input
 
 WIRE = 0.012
 """Radius of the lattice's lines, in scene units."""
@@ -38,9 +40,35 @@ class Staged:
             set_input(self.modifier, name.replace("_", " "), value)
         bpy.context.view_layer.update()
 
-    def tile(self, caption: str, promised: bool = True) -> Tile:
+    @property
+    def size(self) -> float:
+        """Largest extent of the mesh at rest, in the object's own space."""
+        return float(np.ptp(mesh_arrays(self.object.data)[0], axis=0).max())
+
+    def value(self, name: str) -> Any:
+        """Value of an input of the modifier; of a menu the item's name."""
+        found = get_input(self.modifier, name)
+        return menu_items(self.modifier, name)[found] if isinstance(found, int) and self.menu(name) else found
+
+    def menu(self, name: str) -> list[str]:
+        """Items of an input that is a menu, else none."""
+        return menu_items(self.modifier, name)
+
+    def key(self, name: str, value: float, frame: int) -> None:
+        """Keys an input of the modifier."""
+        set_input(self.modifier, name, value)
+        path = f'modifiers["{self.modifier.name}"].{input_path(self.modifier, name)}'
+        self.object.keyframe_insert(path, frame=frame)
+
+    @property
+    def report(self) -> Any:
+        """What the extension's sidebar would show of the frame."""
+        state = importlib.import_module(f"{EXTENSION}.tool.state")
+        return state.recall(self.object, self.modifier).report
+
+    def tile(self, caption: str, promised: bool = True, note: str = "") -> Tile:
         """The stage as it stands now, the volume at rest promised or nothing."""
-        return Tile(caption, self.object.name, self.whole, self.whole if promised else None)
+        return Tile(caption, self.object.name, self.whole, self.whole if promised else None, note)
 
 
 def standing_column() -> bpy.types.Object:
@@ -61,9 +89,17 @@ def lowest(obj: bpy.types.Object) -> float:
 def draw_lattice(lattice: bpy.types.Object, layer: int | None = None) -> bpy.types.Object:
     """An object of thin tubes along the lattice's lines as it is shaped now, for renders show none by themselves: those
     of its outer faces, or of one layer of points."""
-    curve = bpy.data.curves.new(f"{lattice.name} Lines", "CURVE")
+    data = lattice.data
+    places = np.array([lattice.matrix_world @ point.co_deform for point in data.points])
+    places = places.reshape(data.points_w, data.points_v, data.points_u, 3)
+    return draw_lines(f"{lattice.name} Lines", places if layer is None else places[layer : layer + 1])
+
+
+def draw_lines(name: str, places: Any) -> bpy.types.Object:
+    """Thin tubes between the places (n, n, n, 3) of a grid in the world, along its outer faces."""
+    curve = bpy.data.curves.new(name, "CURVE")
     curve.dimensions, curve.bevel_depth = "3D", WIRE
-    for line in _lines(lattice, layer):
+    for line in _lines(np.asarray(places)):
         spline = curve.splines.new("POLY")
         spline.points.add(len(line) - 1)
         for point, place in zip(spline.points, line):
@@ -74,18 +110,12 @@ def draw_lattice(lattice: bpy.types.Object, layer: int | None = None) -> bpy.typ
     return drawn
 
 
-def _lines(lattice: bpy.types.Object, layer: int | None) -> list[list[Any]]:
-    """The lines, each a list of places in the world."""
-    data = lattice.data
-    u, v, w = data.points_u, data.points_v, data.points_w
-    cells = np.arange(u * v * w).reshape(w, v, u)
-    if layer is not None:
-        cells = cells[layer : layer + 1]
-    places = [lattice.matrix_world @ point.co_deform for point in data.points]
+def _lines(places: Any) -> list[Any]:
+    """The lines, each (points, 3)."""
     found = []
     for along in range(3):
-        rows = np.moveaxis(cells, along, -1)
+        rows = np.moveaxis(places, along, 2)
         for a, b in np.ndindex(rows.shape[:2]):
             if rows.shape[2] > 1 and (a in (0, rows.shape[0] - 1) or b in (0, rows.shape[1] - 1)):
-                found.append([places[index] for index in rows[a, b]])
+                found.append(rows[a, b])
     return found

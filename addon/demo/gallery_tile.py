@@ -5,24 +5,28 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+COLUMNS = 4
+"""Pictures side by side, where a page does not say."""
+
 
 @dataclass(frozen=True)
 class Tile:
     """One picture: its caption, and the name of the object whose volume is measured against what it must be.
 
     ``whole`` is the volume at rest and ``must_be`` the one promised, in units of the object's own space; None says that
-    nothing is promised, as under Blender's own Lattice modifier.
+    nothing is promised, as under Blender's own Lattice modifier. ``note`` is said after the volume.
     """
 
     caption: str
     object_name: str
     whole: float
     must_be: float | None
+    note: str = ""
 
 
 @dataclass(frozen=True)
 class Shot:
-    """A picture that was rendered, and the volume that was measured on it."""
+    """A picture that was rendered, and the volume that was measured on it. ``columns``: of its page."""
 
     page: str
     file: str
@@ -30,6 +34,8 @@ class Shot:
     volume: float
     whole: float
     must_be: float | None
+    note: str = ""
+    columns: int = COLUMNS
 
     @property
     def error(self) -> float | None:

@@ -41,6 +41,12 @@ def _identifier(modifier: bpy.types.NodesModifier, name: str) -> str:
     raise DemoError(f"modifier {modifier.name!r} has no input {name!r}; the fixture and the extension do not fit.")
 
 
+def input_path(modifier: bpy.types.NodesModifier, name: str) -> str:
+    """Path of the input called `name` from the modifier, for keys."""
+    identifier = _identifier(modifier, name)
+    return f"properties.inputs.{identifier}.value" if hasattr(modifier, "properties") else f'["{identifier}"]'
+
+
 def get_input(modifier: bpy.types.NodesModifier, name: str) -> Any:
     """Value of the modifier's input called `name`."""
     identifier = _identifier(modifier, name)
@@ -59,9 +65,17 @@ def set_input(modifier: bpy.types.NodesModifier, name: str, value: Any) -> None:
     modifier.id_data.update_tag()
 
 
-def _menu_number(modifier: bpy.types.NodesModifier, name: str, item: str) -> int:
-    """What Blender 4.5 keeps of a menu: the item's number, in the order of the group's Menu Switch."""
+def menu_items(modifier: bpy.types.NodesModifier, name: str) -> list[str]:
+    """Names of a menu's items, in the order of the group's Menu Switch; none of an input that is no menu."""
     for node in modifier.node_group.nodes:
         if node.bl_idname == "GeometryNodeMenuSwitch" and node.inputs[0].links[0].from_socket.name == name:
-            return [found.name for found in node.enum_items].index(item)
-    raise DemoError(f"modifier {modifier.name!r} has no menu {name!r}; the fixture and the extension do not fit.")
+            return [item.name for item in node.enum_items]
+    return []
+
+
+def _menu_number(modifier: bpy.types.NodesModifier, name: str, item: str) -> int:
+    """What Blender 4.5 keeps of a menu: the item's number."""
+    items = menu_items(modifier, name)
+    if item not in items:
+        raise DemoError(f"modifier {modifier.name!r} has no {item!r} in a menu {name!r}: it has {items}.")
+    return items.index(item)

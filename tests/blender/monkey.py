@@ -70,11 +70,12 @@ def play(random: Random, steps: int, console: Console, taken: "deque[str]") -> N
     import bpy
     import monkey_actions
     import monkey_operators
+    import monkey_pins
     from monkey_scene import Scene
 
     scene, counts = Scene(random), Counter()
     folder = Path(tempfile.mkdtemp(prefix="isochor-monkey-"))
-    functions, weights = zip(*{**monkey_actions.ACTIONS, **monkey_operators.ACTIONS}.items())
+    functions, weights = zip(*{**monkey_actions.ACTIONS, **monkey_operators.ACTIONS, **monkey_pins.ACTIONS}.items())
     unchanging = (monkey_actions.undo, monkey_actions.redo, monkey_actions.choose)
     bpy.ops.ed.undo_push(message="start")
     for number in range(steps):
@@ -85,7 +86,7 @@ def play(random: Random, steps: int, console: Console, taken: "deque[str]") -> N
         if act not in unchanging:
             bpy.ops.ed.undo_push(message=taken[-1])
         bpy.context.view_layer.update()
-        complaint = console.complaint() or scene.wrong_volume()
+        complaint = console.complaint() or scene.wrong_volume() or monkey_pins.wrong_pin(scene)
         if complaint:
             raise RuntimeError(complaint)
     print("steps by action:", ", ".join(f"{name} {count}" for name, count in sorted(counts.items())))

@@ -83,7 +83,7 @@ def kept(obj: bpy.types.Object) -> tuple[float, float] | None:
     if any(True for _loop in pieces.loops(pieces.triangles_of(obj.data))):
         return None
     memory = scenes.part("tool.state").recall(obj, last)
-    if memory is None or memory.report.result is None or scenes.get_input(last, "Preserve") < 1.0:
+    if memory is None or not memory.report.keeps_volume or scenes.get_input(last, "Preserve") < 1.0:
         return None
     target = wanted(obj, modifiers, memory.report)
     reach = np.abs(scenes.evaluated_positions(obj) - memory.report.grid.to_object[:3, 3]).max()

@@ -15,13 +15,15 @@ SIZE = 2.0
 EXACT = 1e-6 * SIZE
 
 
-def squashed_ball(name: str = "Ball", **inputs: Any) -> tuple[bpy.types.Object, bpy.types.NodesModifier]:
-    """A ball whose lattice is pressed to 0.7 of its height."""
+def squashed_ball(
+    name: str = "Ball", squash: float = 0.7, side: int = 5, size: float = 2.6, **inputs: Any
+) -> tuple[bpy.types.Object, bpy.types.NodesModifier]:
+    """A ball whose lattice is pressed to a fraction of its height."""
     ball = scenes.sphere(name=name)
-    lattice = scenes.lattice_object(5, name=f"{name} Cage")
+    lattice = scenes.lattice_object(side, name=f"{name} Cage", size=size)
     modifier = scenes.volume_lattice(ball, lattice, **inputs)
     for point in lattice.data.points:
-        point.co_deform.z *= 0.7
+        point.co_deform.z *= squash
     bpy.context.view_layer.update()
     return ball, modifier
 

@@ -2,6 +2,7 @@
 """Pins: where an empty goes, its point of the surface goes too, exactly, and the volume stays."""
 
 import bpy
+import drawn
 import numpy as np
 import pin_scenes
 import pytest
@@ -23,7 +24,7 @@ def test_adding_puts_an_empty_on_the_vertex_and_moves_nothing():
     assert scenes.report(ball, modifier).problems == ()
 
 
-@pytest.mark.parametrize("method", ["Balanced", "Sweep"])
+@pytest.mark.parametrize("method", ["Balanced", "Sweep", "Gradient", "Nearest"])
 def test_moving_the_empty_moves_the_vertex_exactly_and_keeps_the_volume(method):
     ball, _ = squashed_ball(Method=method)
     (empty,) = pin(ball, NEAR)
@@ -163,7 +164,7 @@ def noted():
 
 
 def test_animated_empty_in_a_render_with_another_subdivision(noted, tmp_path):
-    ball, modifier = squashed_ball()
+    ball, _ = squashed_ball()
     finer = ball.modifiers.new("Finer", "SUBSURF")
     finer.levels, finer.render_levels = 0, 1
     ball.modifiers.move(1, 0)
@@ -203,9 +204,9 @@ def test_mesh_that_an_earlier_modifier_moves_is_held_in_every_frame():
 
 def test_falloff_keeps_the_rest_still():
     moved = {}
-    for falloff in (0.0, 0.25):
+    for falloff in (0.0, 0.5, 0.25, 0.1):
         scenes.empty_file()
-        ball, modifier = squashed_ball()
+        ball, modifier = squashed_ball(squash=1.0, side=9, size=3.5, Basis="B-Spline")
         (empty,) = pin(ball, NEAR)
         scenes.set_input(modifier, "Falloff", falloff)
         bpy.context.view_layer.update()
@@ -215,7 +216,8 @@ def test_falloff_keeps_the_rest_still():
         assert holds(ball, empty, NEAR)
         assert keeps_volume(ball)
         moved[falloff] = np.linalg.norm(scenes.evaluated_positions(ball) - before, axis=1)[away].max()
-    assert moved[0.25] < 0.1 * moved[0.0]
+    assert moved[0.0] > moved[0.5] > moved[0.25] > moved[0.1]
+    assert moved[0.1] < 0.01 * 0.3
 
 
 def test_falloff_is_a_length_in_the_world():
@@ -233,13 +235,15 @@ def test_falloff_is_a_length_in_the_world():
     assert np.abs(shapes[0] - shapes[1]).max() <= 1e-4
 
 
-def test_preserve_0_still_holds_and_leaves_the_volume():
-    ball, modifier = squashed_ball(Preserve=0.0)
+@pytest.mark.parametrize("method", ["Balanced", "Gradient", "Nearest"])
+def test_preserve_0_still_holds_and_leaves_the_volume(method):
+    ball, modifier = squashed_ball(Preserve=0.0, Method=method, Unfolded=True)
     (empty,) = pin(ball, NEAR)
     move(empty, 0.4, 0.0, 0.4)
     assert holds(ball, empty, NEAR)
     assert not keeps_volume(ball)
     assert scenes.report(ball, modifier).problems == ()
+    assert scenes.report(ball, modifier).notes == []
     assert scenes.report(ball, modifier).volumes is None
     scenes.set_input(modifier, "Preserve", 1.0)
     bpy.context.view_layer.update()
@@ -247,12 +251,17 @@ def test_preserve_0_still_holds_and_leaves_the_volume():
     assert keeps_volume(ball)
 
 
-@pytest.mark.parametrize("preserve", [0.0, 1.0])
-def test_open_mesh_is_held_all_the_same(preserve):
+def flat_sheet(side: int, preserve: float) -> tuple[bpy.types.Object, bpy.types.NodesModifier]:
+    """A square of 8 by 8 faces in a lattice."""
     points = [(x, y, 0.0) for y in np.linspace(-1, 1, 9) for x in np.linspace(-1, 1, 9)]
     faces = [(i + j, i + j + 1, i + j + 10, i + j + 9) for j in range(0, 72, 9) for i in range(8)]
     sheet = scenes.mesh_object("Sheet", points, faces)
-    modifier = scenes.volume_lattice(sheet, scenes.lattice_object(4), Preserve=preserve)
+    return sheet, scenes.volume_lattice(sheet, scenes.lattice_object(side), Preserve=preserve)
+
+
+@pytest.mark.parametrize("preserve", [0.0, 1.0])
+def test_open_mesh_is_held_all_the_same(preserve):
+    sheet, modifier = flat_sheet(4, preserve)
     (empty,) = pin(sheet, 40)
     move(empty, 0.1, 0.2, 0.5)
     assert holds(sheet, empty, 40)
@@ -327,6 +336,70 @@ def test_pin_that_the_lattice_cannot_move_is_named():
     bpy.context.view_layer.update()
     (empty,) = pin(ball, NEAR)
     assert f"“{empty.name}” holds a point that the lattice cannot move" in pin_scenes.problems(ball, modifier)
+
+
+def test_more_pins_than_the_lattice_can_tell_apart_are_named():
+    sheet, modifier = flat_sheet(2, 0.0)
+    pin(sheet, 0, 8, 72, 80)
+    assert scenes.report(sheet, modifier).problems == ()
+    pin(sheet, 40)
+    assert "cannot move apart from each other" in pin_scenes.problems(sheet, modifier)
+    assert "“Sheet Pin.004”" in pin_scenes.problems(sheet, modifier)
+
+
+def test_pins_close_by_that_pull_apart_are_named():
+    ball, modifier = squashed_ball()
+    point = pin_scenes.in_world(ball)[NEAR]
+    for step in (0.0, 1e-4):
+        scenes.choose(ball)
+        assert bpy.ops.isochor.add_pin(where="POINT", point=point + (step, 0.0, 0.0)) == {"FINISHED"}
+    empty = bpy.context.view_layer.objects.active
+    assert scenes.report(ball, modifier).problems == ()
+    move(empty, 0.0, 0.0, 1.0)
+    assert "too near each other" in pin_scenes.problems(ball, modifier)
+
+
+def test_the_panel_says_how_many_hold_and_how_exactly():
+    ball, modifier = squashed_ball()
+    panel, shown = scenes.part("ui.pin_panel").VIEW3D_PT_isochor_pins, {"object": ball}
+    assert "no pins" in " ".join(drawn.drawn(panel, **shown))
+    empties = pin(ball, NEAR, FAR)
+    scenes.choose(ball)
+    assert "2 pins, largest miss" in " ".join(drawn.drawn(panel, **shown))
+    sidebar = scenes.part("ui.sidebar").VIEW3D_PT_isochor
+    assert "Target volume" in drawn.drawn(sidebar, object=empties[0])
+    scenes.set_input(modifier, "Preserve", 0.0)
+    bpy.context.view_layer.update()
+    lines = drawn.drawn(sidebar, object=empties[0])
+    assert "Target volume" not in lines
+    assert "Points moved up to" in lines
+
+
+@pytest.mark.parametrize("kind", ["PC2", "SHAPE_KEYS", "LATTICE"])
+def test_a_bake_holds_without_the_add_on(kind, tmp_path):
+    ball, _ = squashed_ball(side=4)
+    (empty,) = pin(ball, NEAR)
+    for frame, height in ((1, 0.3), (5, 0.8)):
+        empty.location.z = height
+        empty.keyframe_insert("location", frame=frame)
+    scenes.choose(ball)
+    done = bpy.ops.isochor.bake(format=kind, frame_start=1, frame_end=5, directory=str(tmp_path))
+    assert done == {"FINISHED"}
+    for frame in (1, 3, 5):
+        bpy.context.scene.frame_set(frame)
+        assert np.linalg.norm(pin_scenes.in_world(ball)[NEAR] - pin_scenes.place(empty)) <= 5 * EXACT
+
+
+def test_applying_keeps_the_shape_and_takes_the_pins_away():
+    ball, _ = squashed_ball()
+    (empty,) = pin(ball, NEAR)
+    move(empty, 0.2, 0.0, 0.3)
+    shape, target = scenes.evaluated_positions(ball), pin_scenes.place(empty)
+    scenes.choose(ball)
+    assert bpy.ops.isochor.apply() == {"FINISHED"}
+    assert np.array_equal(scenes.positions(ball.data), shape)
+    assert np.linalg.norm(shape[NEAR] - target) <= EXACT
+    assert "Ball Pins" not in bpy.data.collections
 
 
 def test_frame_memory_tells_frames_apart_by_the_pins_alone():

@@ -12,14 +12,14 @@ import pytest
 
 
 @contextmanager
-def refused(kind: type[isochor.Error], *said: object) -> Iterator[None]:
+def refused(kind: type[isochor.Error], *said: object) -> Iterator[pytest.ExceptionInfo[isochor.Error]]:
     """The block must raise `kind`, as a ValueError, in a sentence that holds every word and number of `said`.
 
     Words count in any case and inside longer ones ("axes" in "of axes,"); numbers only as whole numbers.
     A tuple is a choice: one of its members must be there.
     """
     with pytest.raises(isochor.Error) as caught:
-        yield
+        yield caught
     error, message = caught.value, str(caught.value)
     assert isinstance(error, kind), f"{type(error).__name__} instead of {kind.__name__}: {message}"
     assert isinstance(error, ValueError), f"{type(error).__name__} is not a ValueError: {message}"

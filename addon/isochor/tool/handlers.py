@@ -8,6 +8,8 @@ handlers again.
 import bpy
 from bpy.app.handlers import persistent
 
+import isochor
+
 from . import mixed_up, node_group, rest, stack, state
 
 
@@ -77,6 +79,8 @@ HANDLERS = (
 def register() -> None:
     """Hangs the handlers into Blender."""
     state.start_file()
+    # Jobs of a farm must give the same frames to the bit, however many each has computed before.
+    isochor.prepare_in_background(not bpy.app.background)
     for event, handler in HANDLERS:
         getattr(bpy.app.handlers, event).append(handler)
 

@@ -27,12 +27,14 @@ def refuse(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
 
 
 def ensure(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, scene: bpy.types.Scene) -> bpy.types.Collection:
-    """The collection that the modifier names; where it names none, a new one in the scene."""
+    """The collection that the modifier names; where it names none, a new one beside the object, so that whoever
+    duplicates the collection of a character duplicates its pins."""
     held = pins.collection(modifier)
     if held is None:
         held = bpy.data.collections.new(f"{obj.name} Pins")
         held[MADE_BY_ADD] = True
-        scene.collection.children.link(held)
+        around = [one for one in obj.users_collection if one in scene.collection.children_recursive]
+        next(filter(adding.takes_objects, around), scene.collection).children.link(held)
         sockets.write(modifier, sockets.PINS, held)
     return held
 
@@ -49,7 +51,8 @@ def new_empty(
     empty[MADE_BY_ADD] = True
     held.objects.link(empty)
     space = context.space_data
-    if space is not None and space.type == "VIEW_3D" and space.local_view is not None:
+    is_local = space is not None and space.type == "VIEW_3D" and space.local_view is not None
+    if is_local and empty.name in context.view_layer.objects:
         empty.local_view_set(space, True)
     return empty
 

@@ -66,14 +66,15 @@ class Point(NamedTuple):
 
 def shape_of(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, depsgraph: bpy.types.Depsgraph) -> Shape:
     """The shape that the viewport shows of the modifier; raises ``Problem`` where none was computed."""
-    memory = state.recall(obj, modifier)
+    memory, shown = state.recall(obj, modifier), obj.evaluated_get(depsgraph)
+    if not shown.is_evaluated:
+        raise problem.Problem(problem.hidden(obj.name))
     entered = None if memory is None else memory.solver.entered
-    if memory is None or memory.written is None or entered is None:
+    left = None if memory is None or memory.written is None else memory.written.vertices
+    is_on = modifier in stack.active(obj, "VIEWPORT")
+    if memory is None or entered is None or left is None or len(left) != len(entered) or not is_on:
         raise problem.Problem(pin_problem.not_computed(obj.name))
-    left = memory.written.vertices
-    if left is None or len(left) != len(entered):
-        raise problem.Problem(pin_problem.not_computed(obj.name))
-    return Shape(entered, left, memory.faces.triangles, evaluated.matrix(obj.evaluated_get(depsgraph)))
+    return Shape(entered, left, memory.faces.triangles, evaluated.matrix(shown))
 
 
 def add(pair: Pair, points: list[Point], follow: bool, context: bpy.types.Context) -> list[bpy.types.Object]:
@@ -115,9 +116,10 @@ def bind(pair: Pair, holders: list[bpy.types.Object], anew: bool, context: bpy.t
 
 
 def own_count(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> int | None:
-    """Vertices of the object's own mesh, where they are the first of those that enter; else None."""
-    keeps = stack.keeps_own_vertices(stack.active(obj, "VIEWPORT"), modifier)
-    return len(obj.data.vertices) if keeps else None
+    """Vertices of the object's own mesh, where they are the first of those that enter; None where not, or where the
+    modifier is off."""
+    active = stack.active(obj, "VIEWPORT")
+    return len(obj.data.vertices) if modifier in active and stack.keeps_own_vertices(active, modifier) else None
 
 
 def in_need(pair: Pair) -> list[bpy.types.Object]:
@@ -155,8 +157,7 @@ def _bound(
     if np.linalg.matrix_rank(matrix[:3, :3]) < 3:
         raise problem.Problem(pin_problem.flat_pin(holder.name))
     point = shape.nearest(matrix[:3, 3])
-    offset: Array = np.linalg.solve(matrix[:3, :3], point.world - matrix[:3, 3])
-    return point, offset
+    return point, np.asarray(np.linalg.solve(matrix[:3, :3], point.world - matrix[:3, 3]), np.float64)
 
 
 def _places(pair: Pair, points: list[Point], view_layer: bpy.types.ViewLayer) -> list[dict[str, Place]]:

@@ -20,7 +20,7 @@ NAVIGATES = (
     "MOUSEROTATE",
     "NDOF_MOTION",
 )
-"""Events that turn and move the view meanwhile."""
+"""Events that turn and move the view meanwhile, with those of the number pad."""
 HINT = "Click on the surface: a pin holds it there. Esc or right click: none"
 
 
@@ -34,6 +34,11 @@ def end(context: bpy.types.Context) -> None:
     """Takes that back."""
     context.window.cursor_modal_restore()
     context.workspace.status_text_set(None)
+
+
+def navigates(event: bpy.types.Event) -> bool:
+    """Whether the event is one for the view; with Alt the left button can stand for the middle one."""
+    return event.type in NAVIGATES or event.type.startswith("NUMPAD") or (event.type == "LEFTMOUSE" and event.alt)
 
 
 def under_cursor(

@@ -18,7 +18,7 @@ class VIEW3D_PT_isochor_pins(bpy.types.Panel):
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_options = {"DEFAULT_CLOSED"}
-    bl_order = 15
+    bl_order = 10
 
     def draw(self, context: bpy.types.Context) -> None:
         column = self.layout.column()

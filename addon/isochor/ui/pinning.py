@@ -62,8 +62,10 @@ class ISOCHOR_OT_add_pin(bpy.types.Operator):
         if event.type in picking.BREAKS_OFF:
             picking.end(context)
             return {"CANCELLED"}
+        if picking.navigates(event):
+            return {"PASS_THROUGH"}
         if event.type != "LEFTMOUSE" or event.value != "PRESS":
-            return {"PASS_THROUGH"} if event.type in picking.NAVIGATES else {"RUNNING_MODAL"}
+            return {"RUNNING_MODAL"}
         objects = [obj for obj, _modifier in pinned_modifiers(context)]
         found = picking.under_cursor(context, event, objects)
         if found is None:
@@ -72,6 +74,10 @@ class ISOCHOR_OT_add_pin(bpy.types.Operator):
         picking.end(context)
         self.where, self.point = "POINT", found
         return self.execute(context)
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender breaks it off, as where the window closes."""
+        picking.end(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         try:
@@ -233,12 +239,15 @@ def leave_edit_mode(pairs: list[Pair], context: bpy.types.Context) -> None:
 
 
 def select_alone(made: list[bpy.types.Object], context: bpy.types.Context) -> None:
-    """Selects the new empties, so that they can be moved at once."""
+    """Selects the new empties, so that they can be moved at once; not where their collection is excluded."""
+    there = [empty for empty in made if empty.name in context.view_layer.objects]
+    if not there:
+        return
     for obj in context.view_layer.objects.selected:
         obj.select_set(False)
-    for empty in made:
+    for empty in there:
         empty.select_set(True)
-    context.view_layer.objects.active = made[-1]
+    context.view_layer.objects.active = there[-1]
 
 
 def warn(operator: bpy.types.Operator, pairs: list[Pair]) -> None:

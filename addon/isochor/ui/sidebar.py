@@ -134,10 +134,11 @@ def rows(report: Report) -> list[tuple[str, str]]:
             (words.shown("Lattice alone"), f"{volumes.before:.6g} ({percent(volumes.before, volumes.target)})"),
             (words.shown("Corrected"), f"{volumes.after:.6g}"),
             (words.shown("Error" if volumes.bodies == 1 else "Largest error"), f"{volumes.error:.1e}"),
-            (words.shown("Points moved up to"), f"{report.largest_displacement:.4g}"),
         ]
     if report.missing:
         found.append((words.shown("Missing volume"), f"{report.missing:.4g}"))
+    if report.largest_displacement is not None:
+        found.append((words.shown("Points moved up to"), f"{report.largest_displacement:.4g}"))
     if report.vertices_outside is not None:
         found.append((words.shown("Vertices outside"), f"{report.vertices_outside}"))
     if report.result is not None:

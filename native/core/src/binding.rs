@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! A mesh bound to a lattice: everything that stays fixed while the control points move.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,6 +16,7 @@ use crate::lanes::{F32x8, F64x8, Lanes};
 use crate::lattice::Lattice;
 use crate::preserve::Costs;
 use crate::surface::{ClosedSurface, Measure};
+use crate::tensor::Chosen;
 use crate::vertices::{Outside, Scalar, check_influence, check_triangles, check_vertices};
 use crate::walks::Walks;
 use crate::words::number;
@@ -56,18 +57,20 @@ pub struct Binding<T> {
     partition: Partition,
     pub(crate) caps_wanted: bool,
     pub(crate) surface: OnceLock<Result<ClosedSurface>>,
-    embedding: Embedding,
+    embedding: Arc<Embedding>,
     engine: Precision,
-    walks: OnceLock<Walks>,
+    walks: OnceLock<Arc<Walks>>,
     pub(crate) caps: OnceLock<Caps>,
     pub(crate) reference: OnceLock<Vec<Measure>>,
     costs: Costs,
+    chosen: Chosen,
+    pub(crate) proxy: OnceLock<Option<Box<Self>>>,
 }
 
 /// An engine in the lanes that suit the vertices.
 pub(crate) enum Precision {
-    Single(Engine<F32x8>),
-    Double(Engine<F64x8>),
+    Single(Arc<Engine<F32x8>>),
+    Double(Arc<Engine<F64x8>>),
 }
 
 /// Does the same with an engine of either precision.
@@ -157,6 +160,8 @@ impl<T: Scalar> Binding<T> {
             costs: Costs::default(),
             caps: OnceLock::new(),
             reference: OnceLock::new(),
+            chosen: Chosen::default(),
+            proxy: OnceLock::new(),
         })
     }
 
@@ -213,6 +218,8 @@ impl<T: Scalar> Binding<T> {
         self.walks = OnceLock::new();
         self.costs = Costs::default();
         self.caps = OnceLock::new();
+        self.chosen = Chosen::default();
+        self.proxy = OnceLock::new();
         Ok(())
     }
 
@@ -286,7 +293,7 @@ impl<T: Scalar> Binding<T> {
     }
 
     /// Where the vertices stand in the lattice.
-    pub(crate) fn embedding(&self) -> &Embedding {
+    pub(crate) fn embedding(&self) -> &Arc<Embedding> {
         &self.embedding
     }
 
@@ -296,9 +303,32 @@ impl<T: Scalar> Binding<T> {
     }
 
     /// The closed walks of neighbours around all slots.
-    pub(crate) fn walks(&self) -> Result<&Walks> {
+    pub(crate) fn walks(&self) -> Result<&Arc<Walks>> {
         let surface = self.surface()?;
-        Ok(self.walks.get_or_init(|| Walks::new(&self.embedding, surface)))
+        Ok(self.walks.get_or_init(|| Arc::new(Walks::new(&self.embedding, surface))))
+    }
+
+    /// Relative rounding error of one number in the passes over the vertices.
+    pub(crate) fn epsilon(&self) -> f64 {
+        match self.engine {
+            Precision::Single(_) => f32::EPSILON.into(),
+            Precision::Double(_) => f64::EPSILON,
+        }
+    }
+
+    /// How much of the deformation each vertex takes; `None` for all of it.
+    pub(crate) fn influence(&self) -> Option<&[f64]> {
+        self.influence.as_deref()
+    }
+
+    /// What happens to vertices beyond the domain.
+    pub(crate) fn outside(&self) -> Outside {
+        self.outside
+    }
+
+    /// How corrections are to be computed.
+    pub(crate) fn chosen(&self) -> &Chosen {
+        &self.chosen
     }
 
     /// Writes a state in the order bound, rounded to the vertices' type.
@@ -421,15 +451,15 @@ fn embed<T: Scalar>(
     preimages: Option<&[Preimage]>,
     influence: Option<&[f64]>,
     outside: Outside,
-) -> (Embedding, Precision) {
+) -> (Arc<Embedding>, Precision) {
     let at = |vertex: usize| spot(lattice, vertices, preimages, vertex);
     let (embedding, located) =
         Embedding::new::<T>(lattice, (vertices.len(), partition), at, influence, outside);
     let single = T::EPSILON > f64::EPSILON && embedding.extent >= SINGLE_EXTENT;
     let engine = if single {
-        Precision::Single(Engine::new(&embedding, &located, vertices, lattice.shape()))
+        Precision::Single(Arc::new(Engine::new(&embedding, &located, vertices, lattice.shape())))
     } else {
-        Precision::Double(Engine::new(&embedding, &located, vertices, lattice.shape()))
+        Precision::Double(Arc::new(Engine::new(&embedding, &located, vertices, lattice.shape())))
     };
-    (embedding, engine)
+    (Arc::new(embedding), engine)
 }

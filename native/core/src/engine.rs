@@ -133,6 +133,14 @@ impl<L: Lanes> Engine<L> {
         Coefficients { rows, volumes: volumes.into_iter().map(CompensatedSum::value).collect() }
     }
 
+    /// One slot's parameters from its cell's start, influence, and position at rest.
+    pub(crate) fn slot(&self, slot: usize) -> ([f64; 3], f64, DVec3) {
+        let (block, lane) = (slot / LANES, slot % LANES);
+        let at = |lanes: &L| lanes.exact().0[lane];
+        let rest = self.rest.each_ref().map(|column| at(&column[block]));
+        (self.parameter[block].each_ref().map(at), at(&self.influence[block]), DVec3::from_array(rest))
+    }
+
     /// Returns a state's memory for the next call.
     pub(crate) fn recycle(&self, state: State<L>) {
         self.spare.lock().unwrap_or_else(PoisonError::into_inner).push(state);

@@ -13,7 +13,6 @@ use crate::embedding::{EMPTY, Embedding, Task};
 use crate::error::Result;
 use crate::lanes::LANES;
 use crate::vertices::Scalar;
-use crate::walks::Walks;
 
 /// Slots of one block.
 pub const BLOCK: usize = LANES;
@@ -66,7 +65,7 @@ impl<T: Scalar> Binding<T> {
     /// # Errors
     /// [`crate::Error::Mesh`] where the triangles enclose no volume.
     pub fn block_walks(&self) -> Result<BlockWalks<'_>> {
-        self.walks().map(Walks::parts).map(|(offsets, steps)| BlockWalks { offsets, steps })
+        self.walks().map(|walks| walks.parts()).map(|(offsets, steps)| BlockWalks { offsets, steps })
     }
 }
 

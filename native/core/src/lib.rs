@@ -29,8 +29,10 @@ pub mod layout;
 mod measures;
 mod pieces;
 mod preserve;
+mod proxy;
 mod sum;
 mod surface;
+mod tensor;
 mod vertices;
 mod walks;
 mod weights;
@@ -45,6 +47,9 @@ pub use folds::{DEPTH, FoldTest, Folds, MOST_DEPTH, Verdict};
 pub use glam::{DMat3, DVec3};
 pub use inversion::Preimage;
 pub use lattice::{FACE_TOLERANCE, FACE_TOLERANCE_F32, Lattice};
-pub use preserve::{Coefficients, Cost, Limit, Method, Passes, PinPoint, Pins, Plan, Preserve, Preserved};
+pub use preserve::{
+    Accuracy, Coefficients, Cost, Limit, Method, Passes, PinPoint, Pins, Plan, Preserve, Preserved,
+};
 pub use surface::{ClosedSurface, Measure};
+pub use tensor::prepare_in_background;
 pub use vertices::{Outside, Scalar};

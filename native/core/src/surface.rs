@@ -77,6 +77,13 @@ impl ClosedSurface {
         Self { offsets, walk, loops: simple_loops(edges) }
     }
 
+    /// The surface of triangles whose half-edges cancel, how many ever meet in an edge.
+    pub(crate) fn of_cycle(vertex_count: usize, triangles: &[[u32; 3]]) -> Self {
+        let fans = Fans::new(vertex_count, triangles);
+        let ring = |v| Some(Ring { walk: join_cycles(any_cycles(fans.around(v))), caps: Vec::new() });
+        Self::of_rings(Rings((0..vertex_count).into_par_iter().map(ring).collect()), |_| true)
+    }
+
     /// The closed walk around a vertex; empty for a vertex without triangles.
     pub fn around(&self, vertex: usize) -> &[u32] {
         &self.walk[self.offsets[vertex] as usize..self.offsets[vertex + 1] as usize]
@@ -171,6 +178,28 @@ impl Ring {
     pub(crate) fn is_open(&self) -> bool {
         !self.caps.is_empty()
     }
+}
+
+/// Cycles of pairs of which as many end as begin at each neighbour: whichever way one goes, it leads back.
+fn any_cycles(fan: &[[u32; 2]]) -> Vec<Vec<u32>> {
+    let mut pairs = fan.to_vec();
+    pairs.sort_unstable();
+    let mut used = vec![false; pairs.len()];
+    let mut cycles = Vec::new();
+    for start in 0..pairs.len() {
+        let (mut cycle, mut at) = (Vec::new(), Some(start).filter(|&start| !used[start]));
+        while let Some(pair) = at {
+            used[pair] = true;
+            let [from, to] = pairs[pair];
+            cycle.push(from);
+            let first = pairs.partition_point(|pair| pair[0] < to);
+            at = (first..pairs.len()).take_while(|&next| pairs[next][0] == to).find(|&next| !used[next]);
+        }
+        if !cycle.is_empty() {
+            cycles.push(cycle);
+        }
+    }
+    cycles
 }
 
 /// All closed cycles of pairs not used yet; `None` where one does not close.

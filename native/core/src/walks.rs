@@ -55,6 +55,13 @@ impl Walks {
         &self.steps[self.offsets[block]..self.offsets[block + 1]]
     }
 
+    /// The walk around one slot, without the last neighbour's repetitions.
+    pub(crate) fn around_slot(&self, slot: usize) -> impl ExactSizeIterator<Item = u32> {
+        let (walk, lane) = (self.around(slot / LANES), slot % LANES);
+        let repeated = walk.windows(2).rev().take_while(|two| two[0][lane] == two[1][lane]).count();
+        walk[..walk.len() - repeated].iter().map(move |step| step[lane])
+    }
+
     /// Start of every block's steps, one more entry than blocks, and all steps.
     pub(crate) fn parts(&self) -> (&[usize], &[[u32; LANES]]) {
         (&self.offsets, &self.steps)

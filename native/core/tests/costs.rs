@@ -44,7 +44,7 @@ fn every_cost_and_method_keeps_volume_pins_and_frozen_points() {
             points: vec![PinPoint::Vertex(7)],
             targets: vec![DVec3::from_array(mesh.vertices[7]) * 1.1],
         };
-        let is_frozen = |p: usize| p % 7 == 0;
+        let is_frozen = |p: usize| p.is_multiple_of(7);
         let weights =
             (0..lattice.len()).map(|p| if is_frozen(p) { f64::INFINITY } else { 1.0 + (p % 5) as f64 });
         let weights: Vec<f64> = weights.collect();

@@ -5,7 +5,7 @@
 mod shared;
 
 use isochor_core::{
-    AxisBasis, Binding, DVec3, Lattice, Method, Outside, PinPoint, Pins, Preserve, Preserved,
+    AxisBasis, Bind, Binding, Bodies, DVec3, Lattice, Method, Outside, PinPoint, Pins, Preserve, Preserved,
 };
 use shared::{Mesh, bases, bumpy_ball, noise, slanted, volume};
 
@@ -38,11 +38,10 @@ fn a_squashed_sphere_moves_as_far_as_known() {
         for (method, known) in [Method::Sweep, Method::Gradient, Method::Nearest].into_iter().zip(known) {
             let (outcome, error) = run(&binding, &control, &Preserve { method, ..Preserve::default() });
             assert_eq!(outcome.method, method);
-            assert!(
-                (outcome.distance / known - 1.0).abs() < 0.02,
-                "{factor} {method:?}: {} {known}",
-                outcome.distance
-            );
+            let ratio = outcome.distance / known;
+            // The nearest known breaks one symmetry; there may be shorter ones that break more.
+            let least = if method == Method::Nearest { 0.9 } else { 0.98 };
+            assert!((least..1.02).contains(&ratio), "{factor} {method:?}: {} {known}", outcome.distance);
             assert!(error < 1e-12);
         }
     }
@@ -178,4 +177,43 @@ fn a_gradient_without_a_root_falls_back_visibly() {
     let (outcome, error) = run(&binding, &control, &options);
     assert_eq!(outcome.method, Method::Nearest);
     assert!(error < 1e-12);
+}
+
+#[test]
+fn several_bodies_keep_a_volume_each() {
+    let ball = bumpy_ball(3);
+    let mut mesh = Mesh { vertices: Vec::new(), triangles: Vec::new() };
+    for (size, x) in [(0.6, -0.6), (0.4, 0.7), (0.05, 0.15)] {
+        let base = mesh.vertices.len() as u32;
+        mesh.vertices.extend(ball.vertices.iter().map(|p| [p[0] * size + x, p[1] * size, p[2] * size]));
+        mesh.triangles.extend(ball.triangles.iter().map(|t| t.map(|v| v + base)));
+    }
+    for (name, axes) in bases() {
+        let lattice = slanted(axes);
+        let options = Bind { bodies: Bodies::Islands, ..Bind::default() };
+        let binding =
+            Binding::with(lattice.clone(), mesh.vertices.clone(), mesh.triangles.clone(), options).unwrap();
+        let mut random = noise(8);
+        let control: Vec<DVec3> = (lattice.rest().iter())
+            .map(|p| *p * DVec3::new(0.9, 1.0, 0.6) + 0.05 * DVec3::new(random(), random(), random()))
+            .collect();
+        let pins = Pins {
+            points: vec![PinPoint::Vertex(3)],
+            targets: vec![DVec3::from_array(mesh.vertices[3]) + 0.05],
+        };
+        for pins in [Pins::default(), pins] {
+            let methods = [Method::Nearest, Method::Gradient, Method::Sweep, Method::Balanced];
+            let found = methods.map(|method| {
+                let options = Preserve { method, pins: pins.clone(), ..Preserve::default() };
+                let outcome = run(&binding, &control, &options).0;
+                let volumes = binding.volumes(&outcome.control).unwrap();
+                for (volume, target) in volumes.iter().zip(&outcome.targets) {
+                    assert!((volume / target - 1.0).abs() < 1e-11, "{name} {method:?}: {volume} {target}");
+                }
+                outcome
+            });
+            assert_eq!(found[0].method, Method::Nearest, "{name}");
+            assert!(found.iter().all(|other| found[0].distance <= other.distance * (1.0 + 1e-12)), "{name}");
+        }
+    }
 }

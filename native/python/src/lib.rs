@@ -21,6 +21,8 @@ mod _native {
     #[pymodule_export]
     use super::binding::Binding;
     #[pymodule_export]
+    use super::binding::prepare_in_background;
+    #[pymodule_export]
     use super::device::Device;
     #[pymodule_export]
     use super::device::copy_bandwidth;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Arguments that are one of a few words.
 
-use isochor_core::{Cost, Limit, Method, Outside};
+use isochor_core::{Accuracy, Cost, Limit, Method, Outside};
 use pyo3::inspect::{PyStaticConstant, PyStaticExpr};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
@@ -145,6 +145,25 @@ impl FromPyObject<'_, '_> for CostWord {
             "bending" => Ok(Self(Cost::Bending)),
             other => Err(VolumeError::new_err(format!(
                 "cost: found {other:?}, expected \"points\", \"surface\" or \"bending\""
+            ))),
+        }
+    }
+}
+
+/// `accuracy`.
+pub(crate) struct AccuracyWord(pub(crate) Accuracy);
+
+impl FromPyObject<'_, '_> for AccuracyWord {
+    type Error = PyErr;
+    const INPUT_TYPE: PyStaticExpr = literal!("exact", "finished", "rough");
+
+    fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        match word(&object).as_str() {
+            "exact" => Ok(Self(Accuracy::Exact)),
+            "finished" => Ok(Self(Accuracy::Finished)),
+            "rough" => Ok(Self(Accuracy::Rough)),
+            other => Err(VolumeError::new_err(format!(
+                "accuracy: found {other:?}, expected \"exact\", \"finished\" or \"rough\""
             ))),
         }
     }

@@ -167,7 +167,7 @@ mod tests {
         let lattice = Lattice::new([axis(5, 2), axis(3, 1), axis(4, 3)], DVec3::ZERO, DMat3::IDENTITY)
             .unwrap_or_else(|error| unreachable!("{error}"));
         let mut band = Band::new(&lattice, [2, 1, 3]).unwrap_or_else(|error| unreachable!("{error}"));
-        let mut dense = vec![vec![0.0; 60]; 60];
+        let mut dense = vec![0.0; 60 * 60];
         for column in 0..60 {
             let mut rows = Vec::new();
             band.for_column(column, |row, _| rows.push(row));
@@ -175,20 +175,20 @@ mod tests {
                 let value =
                     if row == column { 80.0 + row as f64 } else { ((row * 7 + column * 3) % 5) as f64 - 2.0 };
                 band.add(row, column, value);
-                (dense[row][column], dense[column][row]) = (value, value);
+                (dense[60 * row + column], dense[60 * column + row]) = (value, value);
             }
         }
         let mut free = vec![true; 60];
         (free[3], free[31]) = (false, false);
         let factor = Factor::new(&band, &free, 0.5, &lattice).unwrap_or_else(|error| unreachable!("{error}"));
-        let scale = 60.0 / dense.iter().enumerate().map(|(p, row)| row[p]).sum::<f64>();
+        let scale = 60.0 / dense.iter().step_by(61).sum::<f64>();
         let delta: Vec<f64> = (0..60).map(|p| ((p * p) % 11) as f64 - 5.0).collect();
         let product: Vec<f64> = (0..60)
             .map(|p| {
                 if !free[p] {
                     return delta[p];
                 }
-                let others = (0..60).filter(|&q| free[q]).map(|q| scale * dense[p][q] * delta[q]);
+                let others = (0..60).filter(|&q| free[q]).map(|q| scale * dense[60 * p + q] * delta[q]);
                 others.sum::<f64>() + 0.5 * delta[p]
             })
             .collect();

@@ -9,6 +9,7 @@ mod bending;
 mod constraints;
 mod correction;
 mod costs;
+mod curvature;
 mod factor;
 pub(crate) mod frame;
 mod gradient;
@@ -31,11 +32,12 @@ use crate::binding::{Binding, with_engine};
 use crate::error::Result;
 use crate::vertices::Scalar;
 
+use crate::tensor::OnTensor;
 use correction::Correction;
 pub use costs::Cost;
 pub(crate) use costs::Costs;
 pub use limit::Limit;
-use passes::OnEngine;
+pub(crate) use passes::OnEngine;
 pub use passes::{Coefficients, Passes};
 pub use pins::{PinPoint, Pins};
 pub use plan::Plan;
@@ -54,6 +56,20 @@ pub enum Method {
     Gradient,
     /// The smallest displacement of all, by iteration from the shortest of the others; over all axes with a share at once.
     Nearest,
+}
+
+/// How exactly a huge mesh is corrected. Smaller ones, those of several bodies or with caps, and those whose control points alone
+/// decide already ([`Binding::prepare`]) are always corrected exactly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Accuracy {
+    /// By passes over the mesh itself.
+    #[default]
+    Exact,
+    /// By passes over a coarse copy of it, and one exact step along one axis: the volume is exact, the displacement of the control
+    /// points nearly the smallest.
+    Finished,
+    /// By passes over a coarse copy alone: the volume is off by what the copy lacks.
+    Rough,
 }
 
 /// What the correction should reach and what it may move.
@@ -79,6 +95,8 @@ pub struct Preserve {
     pub cost: Cost,
     /// What the correction must not do, even if it then misses the volume.
     pub limit: Option<Limit>,
+    /// How exactly a huge mesh is corrected.
+    pub accuracy: Accuracy,
 }
 
 impl Default for Preserve {
@@ -93,6 +111,7 @@ impl Default for Preserve {
             amount: 1.0,
             cost: Cost::Points,
             limit: None,
+            accuracy: Accuracy::Exact,
         }
     }
 }
@@ -137,7 +156,8 @@ impl<T: Scalar> Binding<T> {
     /// targets; writes the vertices deformed by the corrected points to `out`, in the order bound.
     ///
     /// The volume of the result equals `Preserved::target` to about `4 epsilon A R / |V|` relative (area, radius; epsilon of
-    /// the vertices' type). It is measured and summed in float64 on the vertices as they stand, before every step.
+    /// the vertices' type). It is measured and summed in float64 on the vertices as they stand, before every step; or by a cubic form
+    /// of the control points that was summed once over the mesh ([`Binding::prepare`]), which differs by rounding only.
     ///
     /// # Errors
     /// [`Error::Mesh`](crate::Error::Mesh) where the triangles enclose no volume; [`Error::Lattice`](crate::Error::Lattice) for wrong
@@ -146,9 +166,21 @@ impl<T: Scalar> Binding<T> {
     /// and where no displacement allowed can change the volume.
     pub fn preserve(&self, control: &[DVec3], options: &Preserve, out: &mut [[T; 3]]) -> Result<Preserved> {
         let plan = self.plan(control, options)?;
+        if let Some(tensor) = self.tensor() {
+            let mut passes = OnTensor::new(&tensor, &plan.frame, &plan.displacement, self.epsilon());
+            let preserved = plan.carry_out(&mut passes)?;
+            self.deform(&preserved.control, out)?;
+            return Ok(preserved);
+        }
+        if options.accuracy != Accuracy::Exact
+            && let Some(preserved) = self.preserve_by_proxy(&plan, options, out)?
+        {
+            return Ok(preserved);
+        }
         with_engine!(self, engine => {
             let mut passes = OnEngine::new(self, engine, &plan.frame, plan.middle, &plan.displacement);
             let preserved = plan.carry_out(&mut passes)?;
+            self.chosen().spent(passes.count);
             if plan.frame.is_identity() {
                 self.write(&passes.state, out)?;
             } else {

@@ -8,12 +8,11 @@
 //! augmented Lagrangian decides how much of it is kept, so that the way is down and ends in a minimum, not in a saddle, except where
 //! symmetry holds it there. One iteration measures the mesh once: a pass an axis, and one that deforms.
 
-use std::collections::VecDeque;
-
 use glam::DVec3;
 
 use crate::preserve::constraints::{Basis, Taken, add_scaled, dot, norm};
 use crate::preserve::correction::Correction;
+use crate::preserve::curvature::Memory;
 use crate::preserve::gradient::along_gradient;
 use crate::preserve::passes::Passes;
 use crate::preserve::search::{Place, Search};
@@ -31,23 +30,21 @@ const ROUNDINGS: f64 = 8.0;
 /// more than this creeps along a valley for nothing.
 pub(crate) const MAX_ITERATIONS: u32 = 100;
 
-/// Steps remembered: more made no measurable difference.
-const MEMORY: usize = 8;
-
 /// Weight of the volumes' errors in the merit: their second derivatives are some times smaller where steps are accepted at all.
 const PENALTY: f64 = 10.0;
-
-/// Curvature, as a fraction of the weights' own, below which a step teaches nothing but that one may go farther.
-const FLAT: f64 = 0.05;
-
-/// How far one may then go at most, times the way to where the weights alone would have the minimum.
-const MAX_UNIT: f64 = 4.0;
 
 /// Halvings of a step at most; the merit function falls along it, so that a thousandth that does not help is rounding's.
 const MAX_HALVINGS: u32 = 10;
 
 /// Fraction of the fall foretold that a step must keep (Armijo's usual constant).
 const ENOUGH: f64 = 1e-4;
+
+/// How far a place where the conditions are met is pushed off, as a fraction of the correction: enough to leave a saddle in a dozen
+/// iterations, little enough to come back to a minimum in as many.
+const PUSH: f64 = 0.05;
+
+/// By what fraction shorter the place must be that the push led to, to be another one.
+const LOWER: f64 = 1e-6;
 
 /// A correction found, to start from or to fall back on.
 struct Candidate {
@@ -83,8 +80,10 @@ pub(crate) fn nearest<P: Passes>(correction: &mut Correction<'_, P>) -> Result<S
             return Ok(Solved { targets: search.targets, method: Method::Nearest, rounds });
         }
     }
+    // The conditions could not be met to the last digit: the shortest of the others then.
+    let method = shorter_sweep(&mut search)?;
     correction.restart()?;
-    sweep(correction, Method::Balanced)
+    sweep(correction, method)
 }
 
 impl Candidate {
@@ -92,6 +91,17 @@ impl Candidate {
     fn new<P: Passes>(search: &Search<'_, '_, P>, q: Vec<f64>) -> Self {
         Self { control: search.correction.control.clone(), length: norm(&q), q }
     }
+}
+
+/// Which of the two sweeps is the shorter.
+fn shorter_sweep<P: Passes>(search: &mut Search<'_, '_, P>) -> Result<Method, P::Error> {
+    let mut length = |method: Method| -> Result<f64, P::Error> {
+        search.correction.restart()?;
+        sweep(search.correction, method)?;
+        Ok(norm(&search.found(&search.correction.control)))
+    };
+    let (balanced, swept) = (length(Method::Balanced)?, length(Method::Sweep)?);
+    Ok(if swept < balanced { Method::Sweep } else { Method::Balanced })
 }
 
 /// The shorter of the two sweeps.
@@ -112,7 +122,12 @@ fn descend_from<P: Passes>(
     from: Candidate,
     best: &mut Option<Candidate>,
 ) -> Result<u32, P::Error> {
-    let (place, rounds) = descend(search, from.q.clone())?;
+    let (mut place, mut rounds) = descend(search, from.q.clone())?;
+    let (other, more) = descend(search, pushed(search, &place.q))?;
+    rounds += more;
+    if norm(&other.q) < norm(&place.q) * (1.0 - LOWER) {
+        place = other;
+    }
     let found = settle(search, place)?.map(|q| Candidate::new(search, q));
     for candidate in found.into_iter().chain([from]) {
         if best.as_ref().is_none_or(|best| candidate.length < best.length) {
@@ -122,17 +137,26 @@ fn descend_from<P: Passes>(
     Ok(rounds)
 }
 
+/// A place off the one found, without its symmetries: symmetric shapes have saddles that nothing symmetric leaves. The pins stay.
+fn pushed<P: Passes>(search: &Search<'_, '_, P>, q: &[f64]) -> Vec<f64> {
+    // The fractional parts of multiples of the golden ratio: spread evenly, without a pattern that a lattice could have.
+    let noise = |i: usize| 2.0 * ((i + 1) as f64 * 0.618_033_988_749_894_9).fract() - 1.0;
+    let mut pushed: Vec<f64> = q.iter().enumerate().map(|(i, q)| q * (1.0 + PUSH * noise(i))).collect();
+    search.keep_pins(&mut pushed);
+    pushed
+}
+
 /// The conditions at a place.
-struct Conditions {
+pub(crate) struct Conditions {
     /// The bodies' gradients.
-    basis: Basis,
+    pub(crate) basis: Basis,
     /// How much of each gradient comes nearest to `q`.
     multipliers: Vec<f64>,
     missing: Vec<f64>,
     /// The shortest step that meets the linearised volumes.
     normal: Vec<f64>,
     /// What is missing of `q` to be a combination of the gradients: downhill, with the volumes as they are.
-    tangent: Vec<f64>,
+    pub(crate) tangent: Vec<f64>,
 }
 
 impl Conditions {
@@ -171,7 +195,7 @@ impl Conditions {
     }
 
     /// The Lagrangian's gradient at a place, with the multipliers from here.
-    fn lagrangian(&self, place: &Place) -> Vec<f64> {
+    pub(crate) fn lagrangian(&self, place: &Place) -> Vec<f64> {
         let mut slope = place.q.clone();
         for (gradient, multiplier) in place.gradients.iter().zip(&self.multipliers) {
             add_scaled(&mut slope, gradient, -multiplier);
@@ -258,59 +282,4 @@ fn settle<P: Passes>(search: &mut Search<'_, '_, P>, place: Place) -> Result<Opt
         }
     }
     Ok(None)
-}
-
-/// What the last steps taught of the Lagrangian's second derivatives (L-BFGS; Nocedal and Wright, *Numerical Optimization*, 7.2).
-struct Memory {
-    /// Steps along the tangents, changes of the Lagrangian's gradient there, and the reciprocal of their product.
-    steps: VecDeque<(Vec<f64>, Vec<f64>, f64)>,
-    /// How far to go where nothing is known.
-    unit: f64,
-}
-
-impl Default for Memory {
-    fn default() -> Self {
-        Self { steps: VecDeque::new(), unit: 1.0 }
-    }
-}
-
-impl Memory {
-    fn learn(&mut self, there: &Conditions, from: &Place, to: &Place) {
-        let difference =
-            |new: &[f64], old: &[f64]| -> Vec<f64> { new.iter().zip(old).map(|(n, o)| n - o).collect() };
-        let mut step = difference(&to.q, &from.q);
-        let mut change = difference(&there.lagrangian(to), &there.lagrangian(from));
-        there.basis.project_off(&mut step);
-        there.basis.project_off(&mut change);
-        let product = dot(&step, &change);
-        if product <= FLAT * dot(&step, &step) {
-            self.unit = (2.0 * self.unit).min(MAX_UNIT);
-            return;
-        }
-        self.unit = (product / dot(&change, &change)).min(MAX_UNIT);
-        self.steps.push_front((step, change, 1.0 / product));
-        self.steps.truncate(MEMORY);
-    }
-
-    /// Where to go along the tangent space.
-    fn direction(&self, here: &Conditions) -> Vec<f64> {
-        let mut way = here.tangent.clone();
-        let mut shares = Vec::with_capacity(self.steps.len());
-        for (step, change, reciprocal) in &self.steps {
-            let share = reciprocal * dot(step, &way);
-            add_scaled(&mut way, change, -share);
-            shares.push(share);
-        }
-        way.iter_mut().for_each(|value| *value *= self.unit);
-        for ((step, change, reciprocal), share) in self.steps.iter().zip(shares).rev() {
-            let back = reciprocal * dot(change, &way);
-            add_scaled(&mut way, step, share - back);
-        }
-        here.basis.project_off(&mut way);
-        if dot(&way, &here.tangent) < 0.1 * norm(&way) * norm(&here.tangent) {
-            here.tangent.clone()
-        } else {
-            way
-        }
-    }
 }

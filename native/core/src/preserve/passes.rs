@@ -57,6 +57,8 @@ pub(crate) struct OnEngine<'a, T, L: Lanes> {
     /// Origin of the volume's sums, in the frame's coordinates.
     middle: DVec3,
     pub(crate) state: State<L>,
+    /// Passes over the mesh after the first deformation.
+    pub(crate) count: u32,
 }
 
 impl<'a, T: Scalar, L: Lanes> OnEngine<'a, T, L> {
@@ -68,7 +70,7 @@ impl<'a, T: Scalar, L: Lanes> OnEngine<'a, T, L> {
         displacement: &[DVec3],
     ) -> Self {
         let state = engine.deformed(&binding.embedding().tasks, displacement, frame.to_frame());
-        Self { binding, engine, frame, middle, state }
+        Self { binding, engine, frame, middle, state, count: 0 }
     }
 
     /// Origin of each body's volume along an axis. With several it lies in the body, or sums over a small one would lose the digits
@@ -92,6 +94,7 @@ impl<T: Scalar, L: Lanes> Passes for OnEngine<'_, T, L> {
     }
 
     fn deform(&mut self, displacement: &[DVec3]) -> Result<()> {
+        self.count += 1;
         let tasks = &self.binding.embedding().tasks;
         let fresh = self.engine.deformed(tasks, displacement, self.frame.to_frame());
         self.engine.recycle(std::mem::replace(&mut self.state, fresh));
@@ -99,11 +102,13 @@ impl<T: Scalar, L: Lanes> Passes for OnEngine<'_, T, L> {
     }
 
     fn shift(&mut self, axis: usize, delta: &[f64]) -> Result<()> {
+        self.count += 1;
         self.engine.shift(&self.binding.embedding().tasks, &mut self.state[axis], delta);
         Ok(())
     }
 
     fn coefficients(&mut self, axis: usize) -> Result<Coefficients> {
+        self.count += 1;
         let (tasks, walks) = (&self.binding.embedding().tasks, self.binding.walks()?);
         let middles = self.middles(axis);
         let mut found = self.engine.coefficients(tasks, walks, &self.state, axis, &middles);

@@ -10,11 +10,15 @@ use glam::DVec3;
 use crate::preserve::constraints::{add_scaled, norm};
 use crate::preserve::correction::Correction;
 use crate::preserve::passes::Passes;
-use crate::preserve::sweep::{WILD, step};
+use crate::preserve::sweep::{WILD, WILD_OF_SEVERAL, step};
 
 /// A volume this near to its target, relative to the volumes on the way, is a step along one axis away from it that is too short
 /// to be seen: what the last step adds to a displacement is of the same relative size.
 const SETTLED: f64 = 1e-11;
+
+/// So is a last step this much shorter than the correction, whatever the volumes: pins that hardly differ take digits of the
+/// displacement, and a mesh far from the origin takes digits of its volume, but neither shows in the shape.
+const UNSEEN: f64 = 1e-7;
 
 /// A correction's search space, at the place where pins alone have brought the mesh.
 pub(crate) struct Search<'c, 'a, P> {
@@ -106,11 +110,16 @@ impl<'c, 'a, P: Passes> Search<'c, 'a, P> {
             volumes = found.volumes;
         }
         for part in gradients.iter_mut().flat_map(|gradient| gradient.chunks_mut(count)) {
-            let mut white = plan.metric.whitened(part);
-            plan.pins.basis.project_off(&mut white);
+            let white = plan.metric.whitened(part);
             part.copy_from_slice(&white);
         }
+        gradients.iter_mut().for_each(|gradient| self.keep_pins(gradient));
         Ok(Place { q, volumes, gradients })
+    }
+
+    /// Takes from `q` what would move pins.
+    pub(crate) fn keep_pins(&self, q: &mut [f64]) {
+        q.chunks_mut(self.base.len()).for_each(|part| self.correction.plan.pins.basis.project_off(part));
     }
 
     /// How far each body's volume is from its target.
@@ -126,9 +135,16 @@ impl<'c, 'a, P: Passes> Search<'c, 'a, P> {
         })
     }
 
+    /// Whether the shortest step from a place to the targets is nothing beside the correction that led there.
+    fn is_unseen(&self, volumes: &[f64], place: &Place) -> bool {
+        let mut steps = self.missing(volumes).into_iter().zip(&place.gradients);
+        steps.all(|(missing, gradient)| missing.abs() <= UNSEEN * norm(gradient) * norm(&place.q))
+    }
+
     /// Whether the way from here to `q` is too long for any shape.
     pub(crate) fn is_wild(&self, q: &[f64]) -> bool {
-        let wild = WILD * self.correction.scale.extent;
+        let wild =
+            if self.targets.len() == 1 { WILD } else { WILD_OF_SEVERAL } * self.correction.scale.extent;
         let metric = &self.correction.plan.metric;
         q.chunks(self.base.len()).any(|q| metric.displacement(q).iter().any(|d| d.is_nan() || d.abs() > wild))
     }
@@ -142,7 +158,7 @@ impl<'c, 'a, P: Passes> Search<'c, 'a, P> {
         }
         for axis in order {
             let now = self.correction.coefficients(axis)?;
-            if !self.is_settled(&now.volumes) {
+            if !self.is_settled(&now.volumes) && !self.is_unseen(&now.volumes, like) {
                 return Ok(false);
             }
             let moved = step(self.correction, axis, &now, &self.missing(&now.volumes))?;

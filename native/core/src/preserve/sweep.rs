@@ -22,7 +22,7 @@ pub(crate) const WILD: f64 = 1e6;
 
 /// The same where several bodies are to be changed: what takes a displacement this long is bodies that change almost alike, and none
 /// of what it does to the mesh was asked for.
-const WILD_OF_SEVERAL: f64 = 1e2;
+pub(crate) const WILD_OF_SEVERAL: f64 = 1e2;
 
 /// What the volumes of the bodies are to be while axes take their shares.
 struct Course {
@@ -267,11 +267,13 @@ fn all_together<P: Passes>(
     changes: &[f64],
     wild: f64,
 ) -> Option<Vec<f64>> {
-    if changes.len() < MANY {
+    let plan = correction.plan;
+    // A cost that couples control points leaves no row short, and what rounding takes of its solutions is put right elsewhere.
+    if changes.len() < MANY || !plan.metric.is_weighted() {
         return None;
     }
-    let plan = correction.plan;
-    let row = |(body, row): (usize, &Vec<f64>)| (plan.metric.whitened(row), correction.scale_of(body).no_area());
+    let row =
+        |(body, row): (usize, &Vec<f64>)| (plan.metric.whitened(row), correction.scale_of(body).no_area());
     let rows: Vec<(Vec<f64>, f64)> = now.rows.iter().enumerate().map(row).collect();
     let values: Vec<f64> = changes.iter().map(|change| change / plan.determinant).collect();
     let delta = plan.metric.displacement(&shortest(pins, solution, &rows, &values)?);

@@ -6,7 +6,18 @@ it was (:meth:`Binding.preserve`). The method is that of Hahmann, Bonneau, Barbi
 FFD for programmable graphics hardware* (2012).
 """
 
-from ._native import Binding, Device, Elastic, Folds, Lattice, Pins, Preserved, __version__, devices
+from ._native import (
+    Binding,
+    Device,
+    Elastic,
+    Folds,
+    Lattice,
+    Pins,
+    Preserved,
+    __version__,
+    devices,
+    prepare_in_background,
+)
 from .errors import DeviceError, ElasticError, Error, LatticeError, MeshError, PinError, UnknownDeviceError, VolumeError
 
 __all__ = [
@@ -27,4 +38,5 @@ __all__ = [
     "VolumeError",
     "__version__",
     "devices",
+    "prepare_in_background",
 ]
