@@ -5,7 +5,7 @@ A Blender lattice is, undeformed, an evenly spaced grid about its own origin, ov
 made it so, a larger box; its points are stored u fastest. Matrices are 4x4 float64 and map column vectors.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -45,6 +45,22 @@ def relative_transform(object_matrix: Array, lattice_matrix: Array, names: tuple
     if abs(np.linalg.det(unit_columns(lattice_matrix))) < 1e-12:
         raise problem.Problem(problem.flat_lattice(names[1]))
     return np.linalg.inv(object_matrix) @ lattice_matrix
+
+
+@dataclass
+class Placing:
+    """``relative_transform`` of two objects over many frames, worked out anew only where one of them has moved."""
+
+    _moved: bytes = b""
+    _found: Array | None = field(default=None, repr=False)
+
+    def of(self, object_matrix: Array, lattice_matrix: Array, names: tuple[str, str]) -> Array:
+        """The same as ``relative_transform``; of matrices that have not changed, the very same array."""
+        here = object_matrix.tobytes() + lattice_matrix.tobytes()
+        if self._found is None or here != self._moved:
+            self._found = relative_transform(object_matrix, lattice_matrix, names)
+            self._moved = here
+        return self._found
 
 
 def unit_columns(matrix: Array) -> Array:

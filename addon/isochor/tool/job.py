@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.folding import Folding
+from ..core.grid import Placing
 from ..core.report import Report
 from ..core.request import Request, Vertices
 from ..core.solver import Outcome, Solver
@@ -32,6 +33,7 @@ class Memory:
     own_positions: Vertices | None = None
     own_stamp: tuple[int, int] | None = None
     bound: BoundCache = field(default_factory=BoundCache)
+    placing: Placing = field(default_factory=Placing)
     lattice_boxes: dict[int, evaluated.Box] = field(default_factory=dict)
     metric: NDArray[np.float64] | None = None
     edited: bool = False

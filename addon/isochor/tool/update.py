@@ -126,7 +126,7 @@ def _request(
     object_matrix, lattice_matrix = evaluated.matrix(job.obj_evaluated), evaluated.matrix(lattice)
     names = (job.obj.name, lattice.name)
     steady = memory.transform_before if bound is None else bound.grid.to_object
-    transform = grid.relative_transform(object_matrix, lattice_matrix, names)
+    transform = memory.placing.of(object_matrix, lattice_matrix, names)
     transform = grid.steadied(transform, steady, object_matrix, lattice_matrix)
     rest_grid = grid.Grid(points.shape, points.low, points.high, settings.basis, transform)
     influence, problems = _influence(job, settings, len(positions))
