@@ -13,7 +13,7 @@ use glam::DVec3;
 use crate::preserve::constraints::{Basis, Taken, add_scaled, dot, norm};
 use crate::preserve::correction::Correction;
 use crate::preserve::curvature::Memory;
-use crate::preserve::gradient::along_gradient;
+use crate::preserve::gradient::{along_gradient, gradient};
 use crate::preserve::passes::Passes;
 use crate::preserve::search::{Place, Search};
 use crate::preserve::sweep::sweep;
@@ -80,10 +80,26 @@ pub(crate) fn nearest<P: Passes>(correction: &mut Correction<'_, P>) -> Result<S
             return Ok(Solved { targets: search.targets, method: Method::Nearest, rounds });
         }
     }
-    // The conditions could not be met to the last digit: the shortest of the others then.
-    let method = shorter_sweep(&mut search)?;
+    shortest_other(correction)
+}
+
+/// The shortest of the other corrections, where the conditions cannot be met to the last digit.
+fn shortest_other<P: Passes>(correction: &mut Correction<'_, P>) -> Result<Solved, P::Error> {
+    let mut length = |method: Method| -> Result<f64, P::Error> {
+        correction.restart()?;
+        match method {
+            Method::Sweep | Method::Balanced => sweep(correction, method)?,
+            Method::Gradient | Method::Nearest => gradient(correction)?,
+        };
+        Ok(correction.plan.distance(&correction.control))
+    };
+    let [balanced, swept, along] = [Method::Balanced, Method::Sweep, Method::Gradient].map(&mut length);
+    let (balanced, swept, along) = (balanced?, swept?, along?);
     correction.restart()?;
-    sweep(correction, method)
+    if along <= swept.min(balanced) {
+        return gradient(correction);
+    }
+    sweep(correction, if swept < balanced { Method::Sweep } else { Method::Balanced })
 }
 
 impl Candidate {
@@ -91,17 +107,6 @@ impl Candidate {
     fn new<P: Passes>(search: &Search<'_, '_, P>, q: Vec<f64>) -> Self {
         Self { control: search.correction.control.clone(), length: norm(&q), q }
     }
-}
-
-/// Which of the two sweeps is the shorter.
-fn shorter_sweep<P: Passes>(search: &mut Search<'_, '_, P>) -> Result<Method, P::Error> {
-    let mut length = |method: Method| -> Result<f64, P::Error> {
-        search.correction.restart()?;
-        sweep(search.correction, method)?;
-        Ok(norm(&search.found(&search.correction.control)))
-    };
-    let (balanced, swept) = (length(Method::Balanced)?, length(Method::Sweep)?);
-    Ok(if swept < balanced { Method::Sweep } else { Method::Balanced })
 }
 
 /// The shorter of the two sweeps.
