@@ -172,6 +172,33 @@ def test_a_missing_or_empty_region_is_told_and_the_whole_keeps_its_volume():
     assert any("“Ear”" in text for text in scenes.report(ball, modifier).problems)
 
 
+def test_what_encloses_nothing_is_told_in_plain_words():
+    bpy.ops.mesh.primitive_plane_add()
+    plane = bpy.context.object
+    modifier = scenes.volume_lattice(plane, scenes.lattice_object(3), Islands=True)
+    for inputs, said in (
+        ({"Islands": True}, "no piece of the mesh is closed"),
+        ({"Islands": False, "Close_Holes": True}, "is flat"),
+        ({"Target": 1.2}, "is flat"),
+    ):
+        shown_with(modifier, **inputs)
+        assert said in " ".join(scenes.report(plane, modifier).problems)
+    bpy.ops.mesh.primitive_cube_add(size=1.0)
+    cube = bpy.context.object
+    grouped(cube, "Top", scenes.positions(cube.data)[:, 2] > 0.0)
+    modifier = scenes.volume_lattice(cube, scenes.lattice_object(3), Region="Top")
+    assert "give the Region more faces" in " ".join(scenes.report(cube, modifier).problems)
+
+
+def test_a_target_of_nothing_is_reached_and_has_an_error_that_is_a_number():
+    balls = two_balls()
+    lattice = scenes.lattice_object(4)
+    modifier = scenes.volume_lattice(balls, lattice, Islands=True, Target=0.0)
+    tapered(lattice)
+    assert np.abs(pieces.island_volumes(balls)).max() < 1e-6
+    assert scenes.report(balls, modifier).volumes.error < 1e-6
+
+
 def test_the_same_bodies_are_bound_once(monkeypatch):
     """Frames of an animation bind nothing anew, and frames seen before are found again."""
     balls = two_balls()

@@ -31,6 +31,14 @@ FLAT = (
     "The mesh is flat, so it encloses no volume: give it thickness above Volume Lattice, as a Solidify modifier does,"
     " or set Preserve to 0 to deform it all the same."
 )
+FLAT_PART = (
+    "A part that is to keep a volume of its own is flat and encloses none: give the Region more faces, or faces that"
+    " are not all in one plane."
+)
+NO_ISLAND = (
+    "Islands: no piece of the mesh is closed and encloses a volume. Fill the holes, turn on Close Holes, or turn"
+    " Islands off."
+)
 EDITED = (
     "The mesh was edited since the lattice was added or bound: Rest is its old volume. Fit the lattice again, bind"
     " again with Set Rest, or set Reference to Incoming."
@@ -473,6 +481,8 @@ BROKEN_EDGES = re.compile(r"(\d+) edges are (open|non-manifold|inconsistently wo
 """How the native library counts the edges for which a surface encloses nothing."""
 HOLES = re.compile(r"around (one|\d+) holes?: (\d+) edges from vertex (\d+) on")
 """How it counts holes, the edges round the first of them, and names a vertex there."""
+NO_CLOSED_ISLAND = re.compile(r"none of \d+ islands encloses")
+FLAT_BODY = re.compile(r"body \d+ as bound encloses no volume")
 OUT_OF_REACH = re.compile(r"(\S+) cannot be reached, only (\S+) can:")
 """How it names a volume that cannot be reached, and the one that can."""
 
@@ -480,7 +490,8 @@ OUT_OF_REACH = re.compile(r"(\S+) cannot be reached, only (\S+) can:")
 def not_closed(counts: dict[str, str], holes: Sentence | None) -> str:
     """The mesh encloses nothing; number of edges of each kind in ``BROKEN_EDGES``, and what is known of holes."""
     said = {
-        "open": holes or Sentence("{count} edges are open: close the holes.", count=counts.get("open")),
+        "open": holes
+        or Sentence("{count} edges are open: close the holes, or turn on Close Holes.", count=counts.get("open")),
         "non-manifold": Sentence(
             "{count} edges have more than two faces: remove the inner faces.", count=counts.get("non-manifold")
         ),
@@ -521,6 +532,10 @@ def sentence(error: Exception, positions: NDArray[np.floating[Any]] | None = Non
     """What an error of the native library says, as a sentence of its own; ``positions`` (V, 3) of the mesh tell where
     it has holes."""
     text = str(error)
+    if NO_CLOSED_ISLAND.search(text):
+        return NO_ISLAND
+    if FLAT_BODY.search(text):
+        return FLAT_PART
     broken = {kind: count for count, kind in BROKEN_EDGES.findall(text)}
     if broken:
         hole = HOLES.search(text)

@@ -87,8 +87,11 @@ class Report:
             return None
         targets = np.asarray(result.targets)
         after = np.asarray(result.volumes) if self.rounded is None else volumes(*self.rounded)
-        error = float((np.abs(after - targets) / np.abs(targets)).max())
-        return Volumes(result.target, binding.volume(self.asked), float(after.sum()), error, len(targets))
+        before = binding.volume(self.asked)
+        # A target of nothing has no size to compare with: the others', or what there was before, stands in.
+        sizes = np.where(targets == 0.0, max(np.abs(targets).max(), abs(before)), np.abs(targets))
+        error = float((np.abs(after - targets) / sizes).max())
+        return Volumes(result.target, before, float(after.sum()), error, len(targets))
 
     @property
     def missing(self) -> float:

@@ -24,9 +24,7 @@ def wanted_volume(binding: isochor.Binding, request: Request) -> float | NDArray
     rest = request.rest_volume if settings.reference == "Rest" else None
     if settings.target == 1.0 and rest in (None, own):
         return None
-    perhaps_flat = rest is None or abs(own) <= FLAT_PERHAPS * abs(rest)
-    if perhaps_flat and request.triangles is not None and is_flat(request.positions, request.triangles):
-        raise isochor.VolumeError(problem.FLAT)
+    _refuse_flat(request, perhaps=rest is None or abs(own) <= FLAT_PERHAPS * abs(rest))
     return (own if rest is None else rest) * settings.target
 
 
@@ -42,13 +40,23 @@ def target_volume(binding: isochor.Binding, request: Request) -> float | None:
         return None
 
 
-def _wanted_of_bodies(own: NDArray[np.float64], request: Request) -> NDArray[np.float64]:
+def _wanted_of_bodies(own: NDArray[np.float64], request: Request) -> NDArray[np.float64] | None:
     settings = request.settings
     kept = rest_of_bodies(own, request) if settings.reference == "Rest" else own
     factors = np.full(len(own), settings.target)
     if request.bodies is not None and request.bodies.region is not None:
         factors[-1] = settings.parts.region_target
-    return np.asarray(kept * factors)
+    wanted = np.asarray(kept * factors)
+    if np.array_equal(wanted, own):
+        return None
+    _refuse_flat(request, perhaps=bool((np.abs(own) <= FLAT_PERHAPS * np.abs(kept)).all()) or kept is own)
+    return wanted
+
+
+def _refuse_flat(request: Request, perhaps: bool) -> None:
+    """Raises VolumeError where what enters encloses nothing, which costs time to see, so only where it may be."""
+    if perhaps and request.triangles is not None and is_flat(request.positions, request.triangles):
+        raise isochor.VolumeError(problem.FLAT)
 
 
 def rest_of_bodies(own: NDArray[np.float64], request: Request) -> NDArray[np.float64]:

@@ -483,7 +483,9 @@ TEXTS = {
     "The lattice “{lattice}” does not move along with “{name}”, which then slides through it: make it a child of “{name}”, or both children of one parent": "Das Gitter „{lattice}“ bewegt sich nicht mit „{name}“, das dann hindurchgleitet: es zum Kind von „{name}“ machen oder beide zu Kindern desselben Objekts",
     "Along {count} edges the faces look opposite ways: recalculate the normals.": "Entlang von {count} Kanten schauen die Flächen in entgegengesetzte Richtungen: die Normalen neu berechnen.",
     "The mesh is not closed, so it deforms without keeping a volume.": "Das Netz ist nicht geschlossen, also verformt es sich, ohne ein Volumen zu halten.",
-    "{count} edges are open: close the holes.": "{count} Kanten sind offen: die Löcher schließen.",
+    "{count} edges are open: close the holes, or turn on Close Holes.": "{count} Kanten sind offen: die Löcher schließen, oder Close Holes einschalten.",
+    "A part that is to keep a volume of its own is flat and encloses none: give the Region more faces, or faces that are not all in one plane.": "Ein Teil, der sein eigenes Volumen behalten soll, ist flach und schließt keines ein: dem Bereich mehr Flächen geben, oder solche, die nicht alle in einer Ebene liegen.",
+    "Islands: no piece of the mesh is closed and encloses a volume. Fill the holes, turn on Close Holes, or turn Islands off.": "Islands: kein Stück des Netzes ist geschlossen und schließt ein Volumen ein. Die Löcher füllen, Close Holes einschalten, oder Islands ausschalten.",
     "{count} edges have more than two faces: remove the inner faces.": "{count} Kanten haben mehr als zwei Flächen: die inneren Flächen entfernen.",
     # Pins
     "Pins": "Pins",

@@ -13,7 +13,12 @@ LINEAR = 1
 def add(owner: bpy.types.ID, path: str, frames: list[float], values: list[float]) -> None:
     """Keys the property at this data path of ``owner`` at these frames, ascending; keys and drivers that it had go."""
     animation_paths.remove(owner, [path])
-    curve = _channelbag(owner).fcurves.new(path)
+    curves = _channelbag(owner).fcurves
+    stale = curves.find(path)
+    if stale is not None:
+        # As of a key that was removed while another owner of the same action still had it.
+        curves.remove(stale)
+    curve = curves.new(path)
     points = np.stack([frames, values], axis=-1).astype(np.float32)
     curve.keyframe_points.add(len(points))
     curve.keyframe_points.foreach_set("co", points.reshape(-1))
