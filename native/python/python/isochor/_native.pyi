@@ -101,7 +101,7 @@ class Binding:
         method: "balanced" (geometric steps; keeps round things round; falls back to "sweep" where the volume changes sign),
         "sweep" (the paper's), "gradient" (one exact step over all axes with a share at once, no order of axes; falls back to
         "balanced" where the volume turns before its target) or "nearest" (the smallest displacement over all axes with a share at
-        once, by iteration: about ten times the time of a sweep). For the last two shares only say which axes take part.
+        once, by iteration: twenty to fifty times the time of a sweep). For the last two shares only say which axes take part.
         weights (nu, nv, nw): positive; large keeps a control point, inf freezes it (Remark 2).
         pins: isochor.Pins, or (indices (m,), targets (m, 3)) of vertices: these points land exactly on their targets, whatever the
         shares (Problem 2, equations (20)-(24), for any number of pins).
