@@ -4,9 +4,7 @@
 import csv
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from figure import Figure, FigureRow, Variant
@@ -68,17 +66,11 @@ def _method_row(figure: "Figure", variant: "Variant", method: str) -> MethodRow:
         report = staged.report
         times.append(report.milliseconds)
     staged.put(Method=before)
-    numbers = (row.error, _distance(report) / staged.size, min(times))
+    numbers = (row.error, report.result.distance / staged.size, min(times))
     count = len(staged.object.data.vertices)
     return MethodRow(
         figure.name, variant.name, count, row.plain_change, method, report.result.method.capitalize(), *numbers
     )
-
-
-def _distance(report: Any) -> float:
-    """Length of the correction; of a library that does not tell, that of all control points alike."""
-    own = getattr(report.result, "distance", None)
-    return float(np.linalg.norm(report.result.control - report.asked)) if own is None else float(own)
 
 
 def write_methods(place: Path, rows: list[MethodRow]) -> None:
