@@ -145,6 +145,15 @@ impl Plan {
         control
     }
 
+    /// Where the volumes are to go: `amount` of the way from those that the pins alone give.
+    pub(crate) fn targets(&self, pinned: &[f64]) -> Vec<f64> {
+        if self.amount == 1.0 {
+            return self.wanted.clone();
+        }
+        let towards = |(pinned, wanted): (&f64, &f64)| pinned + self.amount * (wanted - pinned);
+        pinned.iter().zip(&self.wanted).map(towards).collect()
+    }
+
     /// Whether the correction may end before it has reached the volumes wanted.
     pub fn is_limited(&self) -> bool {
         self.unfolded.is_some()

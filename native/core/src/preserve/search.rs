@@ -55,12 +55,7 @@ impl<'c, 'a, P: Passes> Search<'c, 'a, P> {
         let mut search = Self { correction, axes, directions, base, before: Vec::new(), targets: Vec::new() };
         let start = search.measured(vec![0.0; search.directions.len() * search.base.len()])?;
         search.before.clone_from(&start.volumes);
-        search.targets = plan
-            .wanted
-            .iter()
-            .zip(&start.volumes)
-            .map(|(wanted, v)| if plan.amount == 1.0 { *wanted } else { v + plan.amount * (wanted - v) })
-            .collect();
+        search.targets = plan.targets(&start.volumes);
         Ok((search, start))
     }
 

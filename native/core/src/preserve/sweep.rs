@@ -183,15 +183,11 @@ fn targets<P: Passes>(
     active: &[usize],
 ) -> Result<Vec<f64>, P::Error> {
     let plan = correction.plan;
-    if plan.amount == 1.0 {
-        return Ok(plan.wanted.clone());
+    // What the pins alone give takes passes to find, and does not matter where the whole way is to be gone.
+    if plan.pins.is_empty() || plan.amount == 1.0 {
+        return Ok(plan.targets(before));
     }
-    let pinned = if plan.pins.is_empty() { before.to_vec() } else { pinned_volumes(correction, active)? };
-    Ok(pinned
-        .iter()
-        .zip(&plan.wanted)
-        .map(|(pinned, wanted)| pinned + plan.amount * (wanted - pinned))
-        .collect())
+    Ok(plan.targets(&pinned_volumes(correction, active)?))
 }
 
 /// Volumes with the pins on their targets and nothing else done; leaves everything as it was.
