@@ -155,14 +155,7 @@ impl Mesh {
             }
             found
         })?;
-        let on_cpu = |out: &mut [[T; 3]]| -> std::result::Result<Outcome, Failure> {
-            Ok(Outcome {
-                preserved: binding.preserve(control, options, out)?,
-                work: Work::Cpu,
-                seconds: None,
-            })
-        };
-        let Some(found) = found else { return on_cpu(out) };
+        let Some(found) = found else { return on_cpu(binding, control, options, out) };
         let before = if is_double::<T>() && options.amount != 1.0 {
             binding.volume(control)?
         } else {
@@ -174,14 +167,10 @@ impl Mesh {
         }
         if preserved.iterations == 0 {
             // Nothing that float32 could tell: what is left, if anything, is float64's.
-            return on_cpu(out);
+            return on_cpu(binding, control, options, out);
         }
         let last = found.steps.last().map_or(0, |(axis, _)| *axis);
-        match close(binding, options, &plan, preserved, last, out) {
-            Ok(preserved) => Ok(Outcome { preserved, work: Work::DeviceAndClosing, seconds: found.seconds }),
-            Err(isochor_core::Error::Volume(_)) => on_cpu(out),
-            Err(other) => Err(other.into()),
-        }
+        closed(binding, options, &plan, Reached { preserved, seconds: found.seconds }, last, out)
     }
 
     /// A correction by the core's methods, each pass over the mesh on the device.
@@ -196,14 +185,19 @@ impl Mesh {
         if between || plan.is_limited() {
             // The target lies between volumes that float32 knows to seven digits only; or what float32 leaves of it may not be made up
             // for afterwards.
-            let preserved = binding.preserve(&plan.control, options, out)?;
-            return Ok(Outcome { preserved, work: Work::Cpu, seconds: None });
+            return on_cpu(binding, &plan.control, options, out);
         }
         let frame = self.frame(binding, &plan.control, options, plan);
         let frames = locked(&self.frames);
         let uploaded = Uploaded { binding, frames: &frames, parts: self.parts.as_ref(), unit: self.unit };
         let mut passes = OnDevice::new(uploaded, frame, plan)?;
-        let preserved = plan.carry_out(&mut passes)?;
+        let preserved = match plan.carry_out(&mut passes) {
+            // What float32 cannot reach, float64 may.
+            Err(Failure::Core(isochor_core::Error::Volume(_))) => {
+                return on_cpu(binding, &plan.control, options, out);
+            }
+            other => other?,
+        };
         passes.moved(|moved| self.add_moved(binding, moved, out))?;
         drop(frames);
         let misses = binding.largest_miss(&options.pins, out)? > TOLERANCE * self.size;
@@ -211,8 +205,7 @@ impl Mesh {
             return Ok(Outcome { preserved, work: Work::Device, seconds: None });
         }
         let last = (0..3).rev().find(|&axis| plan.shares[axis] > 0.0).unwrap_or_default();
-        let preserved = close(binding, options, plan, preserved, last, out)?;
-        Ok(Outcome { preserved, work: Work::DeviceAndClosing, seconds: None })
+        closed(binding, options, plan, Reached { preserved, seconds: None }, last, out)
     }
 
     /// A correction that leaves the volume as deformed.
@@ -224,8 +217,7 @@ impl Mesh {
         out: &mut [[T; 3]],
     ) -> std::result::Result<Outcome, Failure> {
         if is_double::<T>() {
-            let preserved = binding.preserve(control, options, out)?;
-            return Ok(Outcome { preserved, work: Work::Cpu, seconds: None });
+            return on_cpu(binding, control, options, out);
         }
         let seconds = self.deform(binding, control, out)?;
         let preserved = Preserved {
@@ -383,6 +375,38 @@ fn is_close<T: Scalar>(
     let bodies = binding.measures(out)?;
     let is_met = |(body, target): (&Measure, &f64)| (body.volume - target).abs() <= TOLERANCE * target.abs();
     Ok(bodies.iter().zip(&preserved.targets).all(is_met))
+}
+
+/// A correction that the device has carried out.
+struct Reached {
+    preserved: Preserved,
+    seconds: Option<f64>,
+}
+
+/// The correction on the CPU alone.
+fn on_cpu<T: Scalar>(
+    binding: &Binding<T>,
+    control: &[DVec3],
+    options: &Preserve,
+    out: &mut [[T; 3]],
+) -> std::result::Result<Outcome, Failure> {
+    Ok(Outcome { preserved: binding.preserve(control, options, out)?, work: Work::Cpu, seconds: None })
+}
+
+/// What the device reached, made exact by one step along one axis; or by the CPU alone, where that axis is flat.
+fn closed<T: Scalar>(
+    binding: &Binding<T>,
+    options: &Preserve,
+    plan: &Plan,
+    Reached { preserved, seconds }: Reached,
+    axis: usize,
+    out: &mut [[T; 3]],
+) -> std::result::Result<Outcome, Failure> {
+    match close(binding, options, plan, preserved, axis, out) {
+        Ok(preserved) => Ok(Outcome { preserved, work: Work::DeviceAndClosing, seconds }),
+        Err(isochor_core::Error::Volume(_)) => on_cpu(binding, &plan.control, options, out),
+        Err(other) => Err(other.into()),
+    }
 }
 
 /// One exact step along one axis, from the control points that the device found.

@@ -110,3 +110,27 @@ fn every_island_keeps_its_volume_on_the_device() {
         }
     }
 }
+
+#[test]
+fn what_float32_calls_flat_is_left_to_the_cpu() {
+    let Some(device) = device::device() else { return };
+    let mesh = bumpy_ball(3);
+    let (_, axes) = bases().remove(0);
+    let lattice = slanted(axes);
+    let binding =
+        Binding::new(lattice.clone(), mesh.vertices.clone(), mesh.triangles.clone(), None, Outside::Extend)
+            .unwrap();
+    let on_device = Mesh::new(device, &binding).unwrap();
+    let thin: Vec<DVec3> = lattice.rest().iter().map(|p| DVec3::new(1e-7 * p.x, p.y, p.z)).collect();
+    let mut out = mesh.vertices.clone();
+    binding.deform(&thin, &mut out).unwrap();
+    let pins = Pins { points: vec![PinPoint::Vertex(7)], targets: vec![DVec3::from_array(out[7])] };
+    // Farther off than float32's rounding explains.
+    let target = 1e-3;
+    let options = Preserve { axes: [0.0, 0.0, 1.0], target: Some(vec![target]), pins, ..Preserve::default() };
+    let outcome = on_device.preserve(&binding, &thin, &options, &mut out).unwrap();
+    assert_eq!(outcome.work, Work::Cpu);
+    let measured = binding.measure(&out).unwrap();
+    let allowed = 4.0 * f64::EPSILON * measured.area * measured.radius;
+    assert!((measured.volume - target).abs() <= allowed, "{} for {target}", measured.volume);
+}
