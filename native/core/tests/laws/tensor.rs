@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Corrections from the control points alone agree with those over the mesh.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod shared;
-
+use crate::shared::{Mesh, bases, bumpy_ball, noise, slanted};
 use isochor_core::{
     AxisBasis, Binding, DVec3, Error, Lattice, Method, Outside, PinPoint, Pins, Preserve, Scalar,
 };
-use shared::{Mesh, bases, bumpy_ball, noise, slanted};
 
 /// The same binding twice: over the mesh, and by the tensor.
 struct Pair<T> {

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Laws of the fold test: what it proves is so, and what it finds is there.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod shared;
-
+use crate::shared::{bases, noise, slanted};
 use isochor_core::{AxisBasis, DEPTH, DMat3, DVec3, FoldTest, Lattice, Verdict};
-use shared::{bases, noise, slanted};
 
 /// Control points moved at random by up to `amount` of their spacing.
 fn moved(lattice: &Lattice, amount: f64, seed: u64) -> Vec<DVec3> {

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! What a correction keeps small, other than the control points' own distance.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod shared;
-
+use crate::shared::{Mesh, bases, bumpy_ball, noise, slanted, volume};
 use isochor_core::{
     AxisBasis, Binding, Cost, DVec3, Error, Lattice, Method, Outside, PinPoint, Pins, Preserve,
 };
-use shared::{Mesh, bases, bumpy_ball, noise, slanted, volume};
 
 const METHODS: [Method; 4] = [Method::Sweep, Method::Balanced, Method::Gradient, Method::Nearest];
 

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Laws of the way back through a shaped lattice, and of meshes bound in one.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod shared;
-
+use crate::shared::{bases, bumpy_ball, noise, slanted, volume};
 use isochor_core::{AxisBasis, Binding, DMat3, DVec3, Lattice, Outside, Preserve};
-use shared::{bases, bumpy_ball, noise, slanted, volume};
 
 /// Control points moved at random by so little that nothing folds.
 fn noisy(lattice: &Lattice, seed: u64) -> Vec<DVec3> {

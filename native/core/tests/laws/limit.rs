@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! A correction under the limit "unfolded" folds nothing, and says what is missing.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod shared;
-
+use crate::shared::{bumpy_ball, noise, volume};
 use isochor_core::{
     AxisBasis, Binding, DVec3, Lattice, Limit, Method, Outside, PinPoint, Pins, Preserve, Preserved,
 };
-use shared::{bumpy_ball, noise, volume};
 
 const METHODS: [Method; 4] = [Method::Sweep, Method::Balanced, Method::Gradient, Method::Nearest];
 

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Weights that keep a correction near chosen points, or where the volume went.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod shared;
-
+use crate::shared::{bases, bumpy_ball, slanted, volume};
 use isochor_core::{AxisBasis, Binding, DMat3, DVec3, Lattice, Outside, Preserve};
-use shared::{bases, bumpy_ball, slanted, volume};
 
 #[test]
 fn falloff_is_the_exponential_of_the_distance_to_the_nearest_point() {

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Laws of motion that the elastic lattice obeys.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod shared;
-
+use crate::shared::{Mesh, bumpy_ball};
 use isochor_core::elastic::{Carried, Elastic, Ground, Material, Start};
 use isochor_core::{AxisBasis, DMat3, DVec3, Error, Lattice, Outside};
-use shared::{Mesh, bumpy_ball};
 
 const FRAME: f64 = 1.0 / 24.0;
 const DOWN: DVec3 = DVec3::new(0.0, 0.0, -9.81);
@@ -56,7 +53,7 @@ fn resting(lattice: &Lattice, material: Material, mesh: &Mesh) -> Elastic {
 
 /// Vectors within a cube of half side `amount`.
 fn noise(count: usize, amount: f64, seed: u64) -> Vec<DVec3> {
-    let mut number = shared::noise(seed);
+    let mut number = crate::shared::noise(seed);
     (0..count).map(|_| DVec3::new(number(), number(), number()) * amount).collect()
 }
 

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Corrections of huge meshes on a coarse copy: how near they come, and that one exact step makes the volume exact.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod shared;
-
+use crate::shared::{Mesh, bases, bumpy_ball, noise, slanted};
 use isochor_core::{
     Accuracy, AxisBasis, Bind, Binding, Bodies, DVec3, Lattice, Method, Outside, PinPoint, Pins, Preserve,
     Preserved, Scalar,
 };
-use shared::{Mesh, bases, bumpy_ball, noise, slanted};
 
 fn shaken(lattice: &Lattice, factor: DVec3) -> Vec<DVec3> {
     let mut random = noise(8);

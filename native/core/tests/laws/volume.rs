@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! The volume is kept, in float64, on the vertices that come out.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod shared;
-
+use crate::shared::{Mesh, bases, bumpy_ball, noise, slanted, volume};
 use isochor_core::{AxisBasis, Binding, ClosedSurface, DVec3, Error, Lattice, Method, Outside, Preserve};
-use shared::{Mesh, bases, bumpy_ball, noise, slanted, volume};
 
 const SHARES: [[f64; 3]; 4] = [[1.0, 1.0, 1.0], [1.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 2.0, 0.0]];
 

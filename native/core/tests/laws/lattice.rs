@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Laws of the bases and of the deformation.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod shared;
-
+use crate::shared::{bases, bumpy_ball, noise, slanted};
 use isochor_core::{AxisBasis, Binding, DMat3, DVec3, Lattice, Outside};
-use shared::{bases, bumpy_ball, noise, slanted};
 
 fn bound(lattice: &Lattice, outside: Outside) -> Binding<f64> {
     let mesh = bumpy_ball(3);

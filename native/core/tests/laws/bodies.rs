@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Many volumes at once: islands, labelled parts that share vertices, and caps over holes.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod shared;
-
+use crate::shared::{Mesh, bases, bumpy_ball, noise, slanted, volume};
 use isochor_core::{AxisBasis, Bind, Binding, Bodies, DVec3, Error, Lattice, Method, Preserve};
-use shared::{Mesh, bases, bumpy_ball, noise, slanted, volume};
 
 /// One mesh of several, each scaled about its origin and moved.
 fn joined(parts: &[(&Mesh, f64, [f64; 3])]) -> Mesh {

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! The methods without an order of axes: shorter, and as exact.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod shared;
-
+use crate::shared::{Mesh, bases, bumpy_ball, noise, slanted, volume};
 use isochor_core::{
     AxisBasis, Bind, Binding, Bodies, DVec3, Lattice, Method, Outside, PinPoint, Pins, Preserve, Preserved,
 };
-use shared::{Mesh, bases, bumpy_ball, noise, slanted, volume};
 
 fn bind(lattice: &Lattice, mesh: &Mesh) -> Binding<f64> {
     Binding::new(lattice.clone(), mesh.vertices.clone(), mesh.triangles.clone(), None, Outside::Keep).unwrap()
