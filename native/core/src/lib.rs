@@ -29,12 +29,14 @@ mod lattice;
 pub mod layout;
 mod measures;
 mod over;
+mod patches;
 mod pieces;
 mod preserve;
 mod proxy;
 mod sum;
 mod surface;
 mod tensor;
+mod tessellation;
 mod vertices;
 mod walks;
 mod weights;
@@ -50,9 +52,11 @@ pub use folds::{DEPTH, FoldTest, Folds, MOST_DEPTH, Verdict};
 pub use glam::{DMat3, DVec3};
 pub use inversion::Preimage;
 pub use lattice::{FACE_TOLERANCE, FACE_TOLERANCE_F32, Lattice};
+pub use patches::Patches;
 pub use preserve::{
     Accuracy, Coefficients, Cost, Limit, Method, Passes, PinPoint, Pins, Plan, Preserve, Preserved,
 };
 pub use surface::{ClosedSurface, Measure};
 pub use tensor::prepare_in_background;
+pub use tessellation::{NO_CORNER, Tessellation};
 pub use vertices::{Outside, Scalar};

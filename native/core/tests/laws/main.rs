@@ -14,6 +14,7 @@ mod inversion;
 mod lattice;
 mod limit;
 mod methods;
+mod patches;
 mod proxy;
 mod tensor;
 mod volume;
