@@ -9,6 +9,7 @@
 //! the same bits on any number of them. No Python, no GPU, no files.
 
 mod basis;
+mod bends;
 mod binding;
 mod bodies;
 mod broken;
@@ -33,6 +34,7 @@ mod patches;
 mod pieces;
 mod preserve;
 mod proxy;
+mod subdivision;
 mod sum;
 mod surface;
 mod tensor;
@@ -43,6 +45,7 @@ mod weights;
 mod words;
 
 pub use basis::{AxisBasis, MAX_POINTS, Span};
+pub use bends::Deformation;
 pub use binding::{Bind, Binding};
 pub use bodies::Bodies;
 pub use combination::Surface;
@@ -56,6 +59,7 @@ pub use patches::Patches;
 pub use preserve::{
     Accuracy, Coefficients, Cost, Limit, Method, Passes, PinPoint, Pins, Plan, Preserve, Preserved,
 };
+pub use subdivision::Refined;
 pub use surface::{ClosedSurface, Measure};
 pub use tensor::prepare_in_background;
 pub use tessellation::{NO_CORNER, Tessellation};

@@ -17,5 +17,6 @@ mod methods;
 mod patches;
 mod proxy;
 mod tensor;
+mod tessellation;
 mod volume;
 mod weights;
