@@ -43,9 +43,7 @@ class Divided:
         return self.bodies if self.bodies is not None and self.bodies.kind else None, list(self.problems)
 
 
-def _problems(
-    has_group: bool, name: str, region: NDArray[np.bool_] | None, triangles: NDArray[np.int32]
-) -> list[str]:
+def _problems(has_group: bool, name: str, region: NDArray[np.bool_] | None, triangles: NDArray[np.int32]) -> list[str]:
     if not name:
         return []
     if region is None or not has_group:

@@ -100,9 +100,8 @@ class Faces:
         read, because modifiers before and after ours both change them.
 
         ``mesh`` is evaluated, ``original`` the object's own, of a text or a curve None; ``count`` vertices entered.
-        Faces are read and compared only where ``stamp``,
-        which with the counts tells all that they can depend on, differs from the last time or is None (unknown):
-        Blender copies whole arrays to let Python see them.
+        Faces are read and compared only where ``stamp``, which with the counts tells all that they can depend on,
+        differs from the last time or is None (unknown): Blender copies whole arrays to let Python see them.
         """
         source = mesh if len(mesh.vertices) == count else original
         if source is None or len(source.vertices) != count:

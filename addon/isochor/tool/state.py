@@ -79,7 +79,7 @@ def refresh(objects: list[bpy.types.Object], depsgraph: bpy.types.Depsgraph) -> 
 
 
 def edited_data(depsgraph: bpy.types.Depsgraph) -> set[int]:
-    """Session identifiers of the lattices, meshes and the like that Blender says were edited since it evaluated last."""
+    """Session identifiers of the lattices, meshes and other data that were edited since it evaluated last."""
     return {
         update.id.original.session_uid
         for update in depsgraph.updates
