@@ -16,6 +16,7 @@ from ..core.request import Request, Vertices
 from ..core.solver import Outcome, Solver
 from . import evaluated, pins
 from .bound import BoundCache
+from .chain import Chain
 from .divided import Divided
 from .drawn import Cuts
 from .lattice_weights import StiffnessCache
@@ -66,6 +67,8 @@ class Job:
     modifier: bpy.types.NodesModifier
     depsgraph: bpy.types.Depsgraph
     edits: Counter[int]
+    before: Chain | None = None
+    """The Volume Lattices right before this one, computed just now."""
 
     @property
     def mesh_edits(self) -> int:

@@ -8,7 +8,7 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ..core import problem
-from . import adding, animated, baked, baked_lattice, bound, control, evaluated, rest, results, sockets, state
+from . import adding, animated, baked, baked_lattice, bound, chain, control, evaluated, rest, results, sockets, state
 
 Array = NDArray[np.float64]
 User = tuple[bpy.types.Object, bpy.types.NodesModifier]
@@ -100,7 +100,8 @@ def move(places: list[tuple[bpy.types.Object, Array]], context: bpy.types.Contex
 
 
 def measure_again(users: list[User], context: bpy.types.Context) -> None:
-    """Makes the volumes that enter now the rest volumes; of what is not evaluated, as soon as it is."""
+    """Makes the volumes that enter now the rest volumes of whole chains; of what is not evaluated, as soon as it is."""
+    users = chain.whole_of_all(users)
     for obj, modifier in users:
         for mode in results.INPUT_OF_MODE:
             result = results.of(modifier, mode)
