@@ -11,10 +11,12 @@
 mod basis;
 mod bends;
 mod binding;
+mod blend;
 mod bodies;
 mod broken;
 mod caps;
 mod combination;
+mod derivative;
 mod determinant;
 pub mod elastic;
 mod embedding;
@@ -34,6 +36,7 @@ mod patches;
 mod pieces;
 mod preserve;
 mod proxy;
+mod refine;
 mod subdivision;
 mod sum;
 mod surface;
@@ -59,6 +62,7 @@ pub use patches::Patches;
 pub use preserve::{
     Accuracy, Coefficients, Cost, Limit, Method, Passes, PinPoint, Pins, Plan, Preserve, Preserved,
 };
+pub use refine::{RefineAxis, Refinement};
 pub use subdivision::Refined;
 pub use surface::{ClosedSurface, Measure};
 pub use tensor::prepare_in_background;

@@ -14,6 +14,7 @@ mod lattice;
 mod patches;
 mod pins;
 mod preserved;
+mod refine;
 mod subdivision;
 mod surface;
 mod words;

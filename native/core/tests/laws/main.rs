@@ -16,6 +16,7 @@ mod limit;
 mod methods;
 mod patches;
 mod proxy;
+mod refine;
 mod tensor;
 mod tessellation;
 mod volume;
