@@ -167,7 +167,7 @@ impl<T: Scalar> Binding<T> {
     pub fn preserve(&self, control: &[DVec3], options: &Preserve, out: &mut [[T; 3]]) -> Result<Preserved> {
         let plan = self.plan(control, options)?;
         if let Some(tensor) = self.tensor() {
-            let mut passes = OnTensor::new(&tensor, &plan.frame, &plan.displacement, self.epsilon());
+            let mut passes = OnTensor::new(&tensor, &plan.frame, &plan.inner_displacement(), self.epsilon());
             let preserved = plan.carry_out(&mut passes)?;
             self.deform(&preserved.control, out)?;
             return Ok(preserved);
@@ -178,7 +178,7 @@ impl<T: Scalar> Binding<T> {
             return Ok(preserved);
         }
         with_engine!(self, engine => {
-            let mut passes = OnEngine::new(self, engine, &plan.frame, plan.middle, &plan.displacement);
+            let mut passes = OnEngine::new(self, engine, &plan);
             let preserved = plan.carry_out(&mut passes)?;
             self.chosen().spent(passes.count);
             if plan.frame.is_identity() {
@@ -193,7 +193,7 @@ impl<T: Scalar> Binding<T> {
 }
 
 impl Plan {
-    /// Carries the correction out on a backend, which must hold the mesh deformed by the plan's `displacement` and then holds it as
+    /// Carries the correction out on a backend, which must hold the mesh deformed by the plan's `inner_displacement` and then holds it as
     /// corrected.
     ///
     /// # Errors

@@ -6,6 +6,7 @@
 #[path = "../shared/mod.rs"]
 mod shared;
 
+mod blender_basis;
 mod bodies;
 mod costs;
 mod elastic;
@@ -13,8 +14,10 @@ mod folds;
 mod inversion;
 mod lattice;
 mod limit;
+mod mapped;
 mod methods;
 mod proxy;
+mod rational;
 mod tensor;
 mod volume;
 mod weights;
