@@ -42,6 +42,9 @@ pub struct Bind {
     pub caps: bool,
     /// The vertices that triangles join, as combinations of those bound; `None` where triangles join those bound themselves.
     pub surface: Option<Surface>,
+    /// With vertices kept beyond faces of the domain: up to which derivative the moved part joins them. The control points that decide
+    /// about that stay at rest then, whatever is asked for ([`Lattice::frozen`]). `None` for no promise but that corrections tear nothing.
+    pub continuity: Option<usize>,
 }
 
 /// Vertices (and triangles, if a volume is wanted) embedded in a lattice.
@@ -54,6 +57,7 @@ pub struct Binding<T> {
     triangles: Vec<[u32; 3]>,
     influence: Option<Vec<f64>>,
     outside: Outside,
+    pub(crate) continuity: Option<usize>,
     /// Control points that leave the vertices as they are; `None` for the lattice's own.
     rest: Option<Vec<DVec3>>,
     /// Where the vertices stand in the lattice shaped by `rest`.
@@ -135,7 +139,7 @@ impl<T: Scalar> Binding<T> {
         triangles: Vec<[u32; 3]>,
         options: Bind,
     ) -> Result<Self> {
-        let Bind { influence, outside, rest, bodies, caps, surface } = options;
+        let Bind { influence, outside, rest, bodies, caps, surface, continuity } = options;
         check_vertices(&vertices)?;
         surface.iter().try_for_each(|over| over.check_count(vertices.len()))?;
         let over = surface.map(Over::new);
@@ -162,6 +166,7 @@ impl<T: Scalar> Binding<T> {
             triangles,
             influence,
             outside,
+            continuity,
             rest,
             preimages,
             partition,
@@ -284,17 +289,21 @@ impl<T: Scalar> Binding<T> {
         Ok(())
     }
 
-    /// `control - rest`, after checking that `control` fits the lattice and the type of the vertices.
+    /// `control - rest`, after checking that `control` fits the lattice and the type of the vertices; 0 for what is held at rest.
     ///
     /// # Errors
     /// [`Error::Lattice`] for a wrong number of control points, and for coordinates not finite or too large.
     pub fn displacement(&self, control: &[DVec3]) -> Result<Vec<DVec3>> {
-        self.lattice.check_control("control", control)?;
-        check_largest::<T>("control", control)?;
+        let control = self.held(control)?;
         Ok(match &self.rest {
             Some(rest) => control.iter().zip(rest).map(|(p, rest)| p - rest).collect(),
-            None => self.lattice.displacement(control)?,
+            None => self.lattice.displacement(&control)?,
         })
+    }
+
+    pub(crate) fn check_control(&self, control: &[DVec3]) -> Result<()> {
+        self.lattice.check_control("control", control)?;
+        check_largest::<T>("control", control)
     }
 
     /// The factors of costs that couple control points.
@@ -370,25 +379,6 @@ impl<T: Scalar> Binding<T> {
         let influence = self.influence.as_ref().map_or(1.0, |all| all[vertex]);
         let spot = spot(&self.lattice, &self.vertices, self.preimages.as_deref(), vertex);
         Located::new::<T>(&self.lattice, spot, influence, self.outside)
-    }
-
-    /// Control points that the correction may move: with vertices kept beyond a face, not the layers acting on that face, or
-    /// the mesh would tear there.
-    pub(crate) fn correctable(&self) -> Vec<bool> {
-        let shape = self.lattice.shape();
-        let frozen = |axis: usize, index: usize| {
-            let basis = &self.lattice.axes()[axis];
-            let [lower, upper] = self.embedding.beyond[axis];
-            (lower && index < basis.end_layers(false, 0))
-                || (upper && index >= basis.count() - basis.end_layers(true, 0))
-        };
-        let keep = self.outside == Outside::Keep;
-        (0..self.lattice.len())
-            .map(|p| {
-                let index = [p / (shape[1] * shape[2]), p / shape[2] % shape[1], p % shape[2]];
-                !keep || (0..3).all(|axis| !frozen(axis, index[axis]))
-            })
-            .collect()
     }
 }
 

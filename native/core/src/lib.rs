@@ -25,6 +25,7 @@ mod engine;
 mod error;
 mod fold_search;
 mod folds;
+mod freezing;
 mod interpolation;
 mod inversion;
 mod jacobian;

@@ -62,6 +62,7 @@ impl<T: Scalar> Binding<T> {
         let options = Bind {
             influence,
             outside: self.outside(),
+            continuity: self.continuity,
             rest: self.shaped_rest().map(<[DVec3]>::to_vec),
             ..Bind::default()
         };

@@ -145,7 +145,7 @@ impl Mesh {
             return self.pass_by_pass(binding, options, &plan, out);
         }
         if options.amount == 0.0 {
-            return self.uncorrected(binding, control, options, out);
+            return self.uncorrected(binding, &plan.control, options, out);
         }
         if !binding.lattice().map().is_identity() {
             // The step that one submission solves for is of inner control points, which do not move on their own.
@@ -166,7 +166,7 @@ impl Mesh {
         } else {
             found.before * plan.determinant
         };
-        let preserved = corrected(control, options, &plan, &found, before);
+        let preserved = corrected(options, &plan, &found, before);
         if !is_double::<T>() && is_close(binding, &preserved, out)? {
             return Ok(Outcome { preserved, work: Work::Device, seconds: found.seconds });
         }
@@ -349,9 +349,9 @@ fn is_double<T: Scalar>() -> bool {
 }
 
 /// Moves the control points by the steps found.
-fn corrected(control: &[DVec3], options: &Preserve, plan: &Plan, found: &Found, before: f64) -> Preserved {
+fn corrected(options: &Preserve, plan: &Plan, found: &Found, before: f64) -> Preserved {
     let has_moved = found.steps.iter().any(|(_, step)| step.iter().any(|&distance| distance != 0.0));
-    let mut control = control.to_vec();
+    let mut control = plan.control.clone();
     for (axis, step) in &found.steps {
         for (point, &distance) in control.iter_mut().zip(step) {
             plan.move_along(*axis, distance, point);

@@ -83,14 +83,17 @@ impl Binding {
         bodies: Option<BodiesLike>,
         caps: bool,
         surface: Option<SurfaceLike>,
+        continuity: Option<ArrayLike<'_>>,
     ) -> PyResult<Self> {
         let vertices = VertexRows::extract(&vertices)?;
         let triangles = triangles.map_or(Ok(Vec::new()), |triangles| indices(&triangles))?;
         let influence = influence.map(|influence| influences(&influence)).transpose()?;
         let rest = rest.map(|rest| rest_of(&rest, lattice.shape())).transpose()?;
         let bodies = bodies.map(|bodies| bodies.0).unwrap_or_default();
+        let continuity = continuity.as_ref().map(orders).transpose()?;
         let surface = surface.map(|surface| surface.0);
-        let (lattice, options) = (lattice.clone(), Bind { influence, outside, rest, bodies, caps, surface });
+        let (lattice, options) =
+            (lattice.clone(), Bind { influence, outside, rest, bodies, caps, surface, continuity });
         let bound = py.detach(|| match vertices {
             VertexRows::Single(rows) => Core::with(lattice, rows, triangles, options).map(Precise::Single),
             VertexRows::Double(rows) => Core::with(lattice, rows, triangles, options).map(Precise::Double),
@@ -457,6 +460,11 @@ pub(crate) fn influences(object: &ArrayLike<'_>) -> PyResult<Vec<f64>> {
 /// Control points at rest.
 fn rest_of(object: &ArrayLike<'_>, shape: [usize; 3]) -> PyResult<Vec<isochor_core::DVec3>> {
     Argument::lattice("rest").control(object, shape)
+}
+
+/// The argument `continuity`.
+pub(crate) fn orders(object: &ArrayLike<'_>) -> PyResult<usize> {
+    Ok(Argument::lattice("continuity").counts(object, true)?[0])
 }
 
 pub(crate) fn point_weights(object: &ArrayLike<'_>, shape: [usize; 3]) -> PyResult<Vec<f64>> {

@@ -8,13 +8,13 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Argument, ArrayLike, NdArray, NumberLike};
 use crate::axes::axes;
-use crate::binding::{Binding, point_weights};
+use crate::binding::{Binding, orders, point_weights};
 use crate::bodies::BodiesLike;
 use crate::errors::to_python;
 use crate::folds::{Folds, halvings};
 use crate::refine::{InsertLike, blended, derivatives, refined};
 use crate::surface::SurfaceLike;
-use crate::words::{BasisWord, DeviceWord, InterpolationWords, KnotsWord, OutsideWord};
+use crate::words::{BasisWord, DeviceWord, FacesWords, InterpolationWords, KnotsWord, OutsideWord};
 
 /// A free-form deformation lattice: a box of space, or its image under an affine map, with a spline over it.
 ///
@@ -313,6 +313,25 @@ impl Lattice {
         Ok(Folds(folds.map_err(to_python)?))
     }
 
+    /// The control points, bool (nu, nv, nw), that must stay at rest for a joint with what does not move beyond some faces, with derivatives
+    /// up to order `continuity`. faces: of "s0", "s1", "t0", "t1", "u0", "u1", where s is 0, 1 and so on; all if not given.
+    ///
+    /// Of a B-spline of degree d whose end knot is repeated m times, that is d + 1 - m layers and k - (d - m) more where positive:
+    /// k + 1 of Bernstein and clamped axes, d of uniform ones up to k = d - 1. Of Blender's: 2 for "bspline" up to k = 2, k + 1 for
+    /// the others, up to 3, and 2 for "linear". Raises LatticeError.
+    #[pyo3(signature = (continuity=None, faces=FacesWords::ALL))]
+    fn frozen<'py>(
+        &self,
+        py: Python<'py>,
+        continuity: Option<ArrayLike<'py>>,
+        faces: FacesWords,
+    ) -> PyResult<NdArray<'py, bool>> {
+        let continuity = continuity.as_ref().map_or(Ok(0), orders)?;
+        let frozen = self.core.frozen(continuity, faces.0);
+        let array = PyArray1::from_vec(py, frozen).reshape(self.core.shape())?;
+        Ok(NdArray::of(array.as_untyped().clone()))
+    }
+
     /// Weights for `Binding.preserve`, float64 (nu, nv, nw), that keep the correction near points (m, 3): exp(d / distance), where d is a
     /// control point's distance from the nearest of them (figure 7 of the volume paper). control (nu, nv, nw, 3): where the control
     /// points stand; None for `rest`.
@@ -382,9 +401,12 @@ impl Lattice {
     /// combinations of `vertices`: the control points of a patch model (`Patches.tessellate`), the coarse points of a subdivision
     /// surface. The lattice moves `vertices` alone, and volumes are those of the surface, exactly; `Preserved.surface` has its vertices. The CPU
     /// computes then, whatever the device. cost="surface" still counts how far `vertices` move.
+    /// continuity: k, with outside="keep": control points of the layers at those faces beyond which vertices lie (`frozen`) are held at
+    /// rest, in `deform` and in `preserve`, so that the moved part joins what stays with derivatives up to order k: 0 without a tear, 1
+    /// without a crease. None: nobody but the correction is held, and that only so far that it tears nothing.
     ///
     /// Raises MeshError, LatticeError for a wrong rest, and DeviceError for an unknown device.
-    #[pyo3(signature = (vertices, triangles=None, device=DeviceWord::Auto, outside=OutsideWord(Outside::Keep), influence=None, rest=None, bodies=None, caps=false, surface=None))]
+    #[pyo3(signature = (vertices, triangles=None, device=DeviceWord::Auto, outside=OutsideWord(Outside::Keep), influence=None, rest=None, bodies=None, caps=false, surface=None, continuity=None))]
     #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn bind(
         &self,
@@ -398,9 +420,11 @@ impl Lattice {
         bodies: Option<BodiesLike>,
         caps: bool,
         surface: Option<SurfaceLike>,
+        continuity: Option<ArrayLike<'_>>,
     ) -> PyResult<Binding> {
         Binding::new(
             py, &self.core, vertices, triangles, device, outside.0, influence, rest, bodies, caps, surface,
+            continuity,
         )
     }
 

@@ -158,6 +158,38 @@ impl FromPyObject<'_, '_> for OutsideWord {
     }
 }
 
+/// `faces`: some of a lattice's faces, lower and upper of s, t, u.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FacesWords(pub(crate) [[bool; 2]; 3]);
+
+impl FacesWords {
+    pub(crate) const ALL: Self = Self([[true; 2]; 3]);
+}
+
+impl FromPyObject<'_, '_> for FacesWords {
+    type Error = PyErr;
+    const INPUT_TYPE: PyStaticExpr = type_hint_subscript!(
+        type_hint_identifier!("collections.abc", "Sequence"),
+        type_hint_identifier!("builtins", "str")
+    );
+
+    fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        let wrong = |found: String| {
+            Argument::lattice("faces").error(format!(
+                "found {found}, expected some of \"s0\", \"s1\", \"t0\", \"t1\", \"u0\", \"u1\""
+            ))
+        };
+        let mut faces = Self([[false; 2]; 3]);
+        let words: Vec<String> = object.extract().map_err(|_| wrong(word(&object)))?;
+        for face in words {
+            let known = ["s0", "s1", "t0", "t1", "u0", "u1"].iter().position(|known| *known == face);
+            let known = known.ok_or_else(|| wrong(format!("{face:?}")))?;
+            faces.0[known / 2][known % 2] = true;
+        }
+        Ok(faces)
+    }
+}
+
 /// `method`.
 pub(crate) struct MethodWord(pub(crate) Method);
 

@@ -26,7 +26,7 @@ pub struct Plan {
     pub axes: [f64; 3],
     /// The same, made to sum to 1.
     pub shares: [f64; 3],
-    /// The control points asked for, `k` fastest.
+    /// The control points asked for, `k` fastest, but what is held at rest.
     pub control: Vec<DVec3>,
     /// `control - rest`, `k` fastest.
     pub displacement: Vec<DVec3>,
@@ -66,11 +66,11 @@ impl<T: Scalar> Binding<T> {
         let mobility = self.mobility(options.weights.as_deref())?;
         let metric = self.metric(options.cost, &mobility)?;
         let (wanted, bound) = self.wanted_volumes(options)?;
-        let displacement = self.displacement(control)?;
+        let control = self.held(control)?.into_owned();
+        let displacement = self.displacement(&control)?;
         Ok(Plan {
             axes: options.axes,
             shares,
-            control: control.to_vec(),
             displacement,
             map: Arc::clone(self.lattice().shared_map()),
             wanted,
@@ -79,6 +79,7 @@ impl<T: Scalar> Binding<T> {
             determinant: frame.determinant,
             middle: frame.coordinates(control.iter().sum::<DVec3>() / control.len() as f64),
             pins: PinRows::new(self, &options.pins, &metric)?,
+            control,
             mobility,
             frame,
             metric,
@@ -111,11 +112,11 @@ impl<T: Scalar> Binding<T> {
                 )));
             }
         }
-        let free = self.correctable();
+        let frozen = self.frozen();
         let lightest = weights.map_or(1.0, |all| all.iter().copied().fold(f64::INFINITY, f64::min));
         // Only ratios of weights matter; scaled by the lightest, none under- or overflows.
         let mobility = |p: usize| match weights {
-            _ if !free[p] => 0.0,
+            _ if frozen[p] => 0.0,
             Some(all) if all[p].is_finite() => lightest / all[p],
             Some(_) => 0.0,
             None => 1.0,

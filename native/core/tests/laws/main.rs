@@ -11,6 +11,7 @@ mod bodies;
 mod costs;
 mod elastic;
 mod folds;
+mod freezing;
 mod inversion;
 mod lattice;
 mod limit;
