@@ -42,6 +42,7 @@ mod preserve;
 mod proxy;
 mod quotient;
 mod refine;
+mod span;
 mod subdivision;
 mod sum;
 mod surface;

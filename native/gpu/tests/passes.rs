@@ -160,6 +160,41 @@ fn rational_and_blender_lattices_with_float64_vertices() {
 }
 
 #[test]
+fn frozen_layers_are_held_on_the_device() {
+    let Some(device) = device::device() else { return };
+    let ball = bumpy_ball(3);
+    let plain = bases().into_iter().map(|(name, axes)| (name.to_owned(), slanted(axes)));
+    for (number, (name, lattice)) in plain.chain(mapped()).enumerate() {
+        let corner = lattice.point(DVec3::new(0.15, 0.5, 0.9));
+        let vertices: Vec<[f32; 3]> = ball
+            .vertices
+            .iter()
+            .map(|p| (DVec3::from_array(*p) + corner).to_array().map(|c| c as f32))
+            .collect();
+        let how = Bind { continuity: Some(1), ..Bind::default() };
+        let binding = Binding::with(lattice.clone(), vertices.clone(), ball.triangles.clone(), how).unwrap();
+        let frozen = lattice.frozen(1, [[true, false], [false, false], [false, true]]);
+        if frozen.iter().all(|frozen| *frozen) {
+            continue;
+        }
+        let on_device = Mesh::new(device.clone(), &binding).unwrap();
+        let control = pushed(&lattice, number as u64 + 30);
+        let mut out = vertices.clone();
+        let outcome = on_device.preserve(&binding, &control, &Preserve::default(), &mut out).unwrap();
+        let error = (binding.measure(&out).unwrap().volume / outcome.preserved.target() - 1.0).abs();
+        assert!(error <= TOLERANCE, "{name}: {error:e}");
+        let rest = lattice.rest();
+        for p in 0..lattice.len() {
+            assert!(!frozen[p] || outcome.preserved.control[p] == rest[p], "{name} {p}");
+        }
+        for (to, from) in out.iter().zip(&vertices) {
+            let s = lattice.parameter(DVec3::from_array(from.map(f64::from)));
+            assert!((s.x >= -1e-6 && s.z <= 1.0 + 1e-6) || to == from, "{name}");
+        }
+    }
+}
+
+#[test]
 fn what_float32_calls_flat_is_left_to_the_cpu() {
     let Some(device) = device::device() else { return };
     let mesh = bumpy_ball(3);

@@ -464,7 +464,10 @@ fn rest_of(object: &ArrayLike<'_>, shape: [usize; 3]) -> PyResult<Vec<isochor_co
 
 /// The argument `continuity`.
 pub(crate) fn orders(object: &ArrayLike<'_>) -> PyResult<usize> {
-    Ok(Argument::lattice("continuity").counts(object, true)?[0])
+    let argument = Argument::lattice("continuity");
+    let values: Vec<i64> = converted(&argument.array(object, Numbers::Integers, &[])?, "int64")?;
+    let order = values.first().copied().unwrap_or_default();
+    usize::try_from(order).map_err(|_| argument.error(format!("found {order}, expected no negative number")))
 }
 
 pub(crate) fn point_weights(object: &ArrayLike<'_>, shape: [usize; 3]) -> PyResult<Vec<f64>> {
