@@ -29,6 +29,7 @@ mod lanes;
 mod lattice;
 pub mod layout;
 mod measures;
+mod oriented;
 mod pieces;
 mod preserve;
 mod proxy;
@@ -50,6 +51,7 @@ pub use folds::{DEPTH, FoldTest, Folds, MOST_DEPTH, Verdict};
 pub use glam::{DMat3, DVec3};
 pub use inversion::Preimage;
 pub use lattice::{FACE_TOLERANCE, FACE_TOLERANCE_F32, Lattice};
+pub use oriented::OrientedBox;
 pub use preserve::{
     Accuracy, Coefficients, Cost, Limit, Method, Passes, PinPoint, Pins, Plan, Preserve, Preserved,
 };

@@ -12,8 +12,9 @@ use crate::binding::Binding;
 use crate::bodies::BodiesLike;
 use crate::errors::to_python;
 use crate::folds::{Folds, halvings};
+use crate::oriented::given;
 use crate::refine::{InsertLike, blended, derivatives, refined};
-use crate::words::{BasisWord, DeviceWord, KnotsWord, OutsideWord};
+use crate::words::{BasisWord, DeviceWord, FitWord, KnotsWord, OutsideWord};
 
 /// A free-form deformation lattice: a box of space, or its image under an affine map, with a spline over it.
 ///
@@ -78,10 +79,12 @@ impl Lattice {
         Ok(Self { core: Core::new(axes, origin, edges).map_err(to_python)?, basis })
     }
 
-    /// A lattice whose domain is the axis-aligned box of points (V, 3), widened by `margin` times its size on every side.
-    /// Where the points are flat the box gets their largest extent. Raises LatticeError.
+    /// A lattice whose domain is a box around points (V, 3), widened by `margin` times its size on every side: the axis-aligned one, or
+    /// with fit="oriented" the one that `oriented_box` finds. Where the points are flat the box gets their largest extent. Raises
+    /// LatticeError.
     #[staticmethod]
-    #[pyo3(signature = (vertices, shape=None, basis=BasisWord::Bernstein, margin=NumberLike::Default(0.0), degree=None, knots=KnotsWord::Uniform))]
+    #[pyo3(signature = (vertices, shape=None, basis=BasisWord::Bernstein, margin=NumberLike::Default(0.0), degree=None, knots=KnotsWord::Uniform, fit=FitWord::Axes))]
+    #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn around(
         vertices: ArrayLike<'_>,
         shape: Option<ArrayLike<'_>>,
@@ -89,11 +92,34 @@ impl Lattice {
         margin: NumberLike<'_>,
         degree: Option<ArrayLike<'_>>,
         knots: KnotsWord<'_>,
+        fit: FitWord,
     ) -> PyResult<Self> {
         let axes = axes(shape, basis, degree, knots)?;
         let points = Argument::lattice("vertices").points(&vertices)?;
         let margin = Argument::lattice("margin").number(&margin)?;
-        Ok(Self { core: Core::around(axes, &points, margin).map_err(to_python)?, basis })
+        let around = match fit {
+            FitWord::Axes => Core::around,
+            FitWord::Oriented => Core::around_oriented,
+        };
+        Ok(Self { core: around(axes, &points, margin).map_err(to_python)?, basis })
+    }
+
+    /// A lattice whose domain is a box by its centre (3,), axes (3, 3) rows, of any length, and half_widths (3,) along them (Hoff): from
+    /// centre - half_widths to centre + half_widths along its axes; None for the coordinate axes. Raises LatticeError.
+    #[staticmethod]
+    #[pyo3(name = "box", signature = (centre, axes, half_widths, shape=None, basis=BasisWord::Bernstein, degree=None, knots=KnotsWord::Uniform))]
+    fn boxed(
+        centre: ArrayLike<'_>,
+        axes: Option<ArrayLike<'_>>,
+        half_widths: ArrayLike<'_>,
+        shape: Option<ArrayLike<'_>>,
+        basis: BasisWord,
+        degree: Option<ArrayLike<'_>>,
+        knots: KnotsWord<'_>,
+    ) -> PyResult<Self> {
+        let domain = given(&centre, axes.as_ref(), &half_widths)?;
+        let core = Core::boxed(crate::axes::axes(shape, basis, degree, knots)?, domain).map_err(to_python)?;
+        Ok(Self { core, basis })
     }
 
     /// Number of control points along s, t, u.

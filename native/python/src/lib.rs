@@ -11,6 +11,7 @@ mod elastic;
 mod errors;
 mod folds;
 mod lattice;
+mod oriented;
 mod pins;
 mod preserved;
 mod refine;
@@ -35,6 +36,8 @@ mod _native {
     use super::folds::Folds;
     #[pymodule_export]
     use super::lattice::Lattice;
+    #[pymodule_export]
+    use super::oriented::oriented_box;
     #[pymodule_export]
     use super::pins::Pins;
     #[pymodule_export]

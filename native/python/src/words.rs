@@ -84,6 +84,29 @@ impl<'py> FromPyObject<'_, 'py> for KnotsWord<'py> {
     }
 }
 
+/// `fit`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum FitWord {
+    Axes,
+    Oriented,
+}
+
+impl FromPyObject<'_, '_> for FitWord {
+    type Error = PyErr;
+    const INPUT_TYPE: PyStaticExpr = literal!("axes", "oriented");
+
+    fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        match word(&object).as_str() {
+            "axes" => Ok(Self::Axes),
+            "oriented" => Ok(Self::Oriented),
+            other => {
+                Err(Argument::lattice("fit")
+                    .error(format!("found {other:?}, expected \"axes\" or \"oriented\"")))
+            }
+        }
+    }
+}
+
 /// `outside`.
 pub(crate) struct OutsideWord(pub(crate) Outside);
 

@@ -14,6 +14,7 @@ mod inversion;
 mod lattice;
 mod limit;
 mod methods;
+mod oriented;
 mod proxy;
 mod refine;
 mod tensor;

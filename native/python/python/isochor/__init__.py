@@ -16,6 +16,7 @@ from ._native import (
     Preserved,
     __version__,
     devices,
+    oriented_box,
     prepare_in_background,
 )
 from .errors import DeviceError, ElasticError, Error, LatticeError, MeshError, PinError, UnknownDeviceError, VolumeError
@@ -38,5 +39,6 @@ __all__ = [
     "VolumeError",
     "__version__",
     "devices",
+    "oriented_box",
     "prepare_in_background",
 ]
