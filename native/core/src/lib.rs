@@ -31,6 +31,7 @@ pub mod layout;
 mod measures;
 mod oriented;
 mod pieces;
+mod planar;
 mod preserve;
 mod proxy;
 mod refine;
@@ -48,10 +49,11 @@ pub use bodies::Bodies;
 pub use elastic::Elastic;
 pub use error::{Error, Result};
 pub use folds::{DEPTH, FoldTest, Folds, MOST_DEPTH, Verdict};
-pub use glam::{DMat3, DVec3};
+pub use glam::{DMat2, DMat3, DVec2, DVec3};
 pub use inversion::Preimage;
 pub use lattice::{FACE_TOLERANCE, FACE_TOLERANCE_F32, Lattice};
 pub use oriented::OrientedBox;
+pub use planar::Planar;
 pub use preserve::{
     Accuracy, Coefficients, Cost, Limit, Method, Passes, PinPoint, Pins, Plan, Preserve, Preserved,
 };

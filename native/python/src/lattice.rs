@@ -84,7 +84,6 @@ impl Lattice {
     /// LatticeError.
     #[staticmethod]
     #[pyo3(signature = (vertices, shape=None, basis=BasisWord::Bernstein, margin=NumberLike::Default(0.0), degree=None, knots=KnotsWord::Uniform, fit=FitWord::Axes))]
-    #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn around(
         vertices: ArrayLike<'_>,
         shape: Option<ArrayLike<'_>>,

@@ -47,6 +47,16 @@ impl FromPyObject<'_, '_> for BasisWord {
     }
 }
 
+impl BasisWord {
+    /// The word.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Bernstein => "bernstein",
+            Self::BSpline => "bspline",
+        }
+    }
+}
+
 /// `knots`: a word, or three arrays.
 pub(crate) enum KnotsWord<'py> {
     Uniform,

@@ -15,6 +15,7 @@ mod lattice;
 mod limit;
 mod methods;
 mod oriented;
+mod planar;
 mod proxy;
 mod refine;
 mod tensor;

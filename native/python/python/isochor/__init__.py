@@ -8,12 +8,15 @@ FFD for programmable graphics hardware* (2012).
 
 from ._native import (
     Binding,
+    Binding2D,
     Device,
     Elastic,
     Folds,
     Lattice,
+    Lattice2D,
     Pins,
     Preserved,
+    Preserved2D,
     __version__,
     devices,
     oriented_box,
@@ -23,6 +26,7 @@ from .errors import DeviceError, ElasticError, Error, LatticeError, MeshError, P
 
 __all__ = [
     "Binding",
+    "Binding2D",
     "Device",
     "DeviceError",
     "Elastic",
@@ -30,11 +34,13 @@ __all__ = [
     "Error",
     "Folds",
     "Lattice",
+    "Lattice2D",
     "LatticeError",
     "MeshError",
     "PinError",
     "Pins",
     "Preserved",
+    "Preserved2D",
     "UnknownDeviceError",
     "VolumeError",
     "__version__",
