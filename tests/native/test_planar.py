@@ -134,6 +134,21 @@ def test_weights_and_pins():
     assert shoelace(pinned.vertices, triangles) == pytest.approx(shoelace(vertices, triangles), rel=1e-12)
 
 
+def test_a_rational_plane_draws_an_exact_circle_and_keeps_its_area():
+    quarter = Lattice2D((3, 2), weights=[(1, 1), (0.5**0.5, 0.5**0.5), (1, 1)])
+    assert quarter.weights.shape == (3, 2)
+    arc = np.array([[(r, 0), (r, r), (0, r)] for r in (1.0, 2.0)]).transpose(1, 0, 2)
+    parameters = np.random.default_rng(3).random((100, 2))
+    radii = np.linalg.norm(quarter.evaluate(parameters, arc), axis=1)
+    np.testing.assert_allclose(radii, 1 + parameters[:, 1], rtol=0, atol=1e-15)
+    vertices, triangles = grid()
+    rational = Lattice2D((4, 4), origin=ORIGIN, edges=EDGES, weights=np.random.default_rng(2).uniform(0.2, 5, (4, 4)))
+    binding = rational.bind(vertices, triangles, device="cpu")
+    assert np.array_equal(binding.deform(rational.rest), vertices)
+    result = binding.preserve(bent(rational))
+    assert shoelace(result.vertices, triangles) == pytest.approx(shoelace(vertices, triangles), rel=1e-12)
+
+
 def test_points_outside_stay_or_follow():
     lattice = build(LATTICES["bernstein"])
     points = np.array([(0.5, 0.9), (-5, 0), (9, 9)], dtype=float)

@@ -8,30 +8,36 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Argument, ArrayLike, NdArray, NumberLike};
 use crate::axes::axes;
-use crate::binding::Binding;
+use crate::binding::{Binding, point_weights};
 use crate::bodies::BodiesLike;
 use crate::errors::to_python;
 use crate::folds::{Folds, halvings};
 use crate::oriented::given;
 use crate::refine::{InsertLike, blended, derivatives, refined};
-use crate::words::{BasisWord, DeviceWord, FitWord, KnotsWord, OutsideWord};
+use crate::surface::SurfaceLike;
+use crate::words::{BasisWord, DeviceWord, FitWord, InterpolationWords, KnotsWord, OutsideWord};
 
 /// A free-form deformation lattice: a box of space, or its image under an affine map, with a spline over it.
 ///
 /// shape: number of control points (nu, nv, nw) along s, t, u; 1 to 64 each, 1 for an axis that does not deform.
-/// basis: "bernstein" (degree = points - 1 on each axis) or "bspline".
+/// basis: "bernstein" (degree = points - 1 on each axis), "bspline", or "blender": Blender's own lattice, whose evenly spaced points span
+/// the domain from the first to the last on each axis.
 /// degree: of a B-spline, one number or three; 3 if not given.
 /// knots: of a B-spline. "uniform" (the volume paper's): control points evenly spaced, (degree - 1) / 2 layers of them outside
 /// the domain; "clamped": the outer layers stand on the domain's faces; or three non-decreasing arrays of points + degree + 1.
 /// origin (3,), edges (3, 3) rows: the domain's corner and edge vectors, in the space of the points to deform; there (s, t, u)
 /// runs over [0, 1]^3.
-/// weights: must be None; rational lattices are not available.
+/// weights (nu, nv, nw): positive, the heaviest at most a million times the lightest: the lattice is rational (Sederberg 14.1), and a
+/// heavy point pulls more. Equal ones are as None. Unequal ones need functions that are not negative: no "cardinal" or "catmull-rom".
+/// interpolation: of Blender's basis, "linear", "cardinal", "catmull-rom" or "bspline" (if not given), or three of them. Points outside
+/// the domain move on for one cell there with outside="extend", as in Blender.
 ///
 /// Raises LatticeError. See Sederberg, CAGD, chapter 14, and Hoff, "Free-form deformation of point sets".
 #[pyclass(frozen, module = "isochor")]
 pub(crate) struct Lattice {
     pub(crate) core: Core,
     basis: BasisWord,
+    interpolation: Option<InterpolationWords>,
 }
 
 /// A lattice as an argument.
@@ -48,10 +54,30 @@ impl<'py> FromPyObject<'_, 'py> for LatticeLike<'py> {
     }
 }
 
+impl Lattice {
+    fn of(
+        core: Core,
+        basis: BasisWord,
+        weights: Option<ArrayLike<'_>>,
+        interpolation: Option<InterpolationWords>,
+    ) -> PyResult<Self> {
+        let interpolation = (basis == BasisWord::Blender).then(|| interpolation.unwrap_or_default());
+        let core = match weights {
+            Some(weights) => {
+                let weights = point_weights(&weights, core.shape())?;
+                core.with_weights(weights).map_err(to_python)?
+            }
+            None => core,
+        };
+        Ok(Self { core, basis, interpolation })
+    }
+}
+
 #[pymethods]
 impl Lattice {
     #[new]
-    #[pyo3(signature = (shape=None, basis=BasisWord::Bernstein, degree=None, knots=KnotsWord::Uniform, origin=None, edges=None, weights=None))]
+    #[pyo3(signature = (shape=None, basis=BasisWord::Bernstein, degree=None, knots=KnotsWord::Uniform, origin=None, edges=None, weights=None, interpolation=None))]
+    #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn new(
         shape: Option<ArrayLike<'_>>,
         basis: BasisWord,
@@ -60,13 +86,9 @@ impl Lattice {
         origin: Option<ArrayLike<'_>>,
         edges: Option<ArrayLike<'_>>,
         weights: Option<ArrayLike<'_>>,
+        interpolation: Option<InterpolationWords>,
     ) -> PyResult<Self> {
-        if weights.is_some() {
-            return Err(Argument::lattice("weights").error(
-                "found an array, expected None; rational lattices are not available in this version",
-            ));
-        }
-        let axes = axes(shape, basis, degree, knots)?;
+        let axes = axes(shape, basis, degree, knots, interpolation)?;
         let origin =
             origin.map_or(Ok(isochor_core::DVec3::ZERO), |o| Argument::lattice("origin").vector(&o))?;
         let edges = match edges {
@@ -76,14 +98,15 @@ impl Lattice {
             }
             None => DMat3::IDENTITY,
         };
-        Ok(Self { core: Core::new(axes, origin, edges).map_err(to_python)?, basis })
+        Self::of(Core::new(axes, origin, edges).map_err(to_python)?, basis, weights, interpolation)
     }
 
     /// A lattice whose domain is a box around points (V, 3), widened by `margin` times its size on every side: the axis-aligned one, or
     /// with fit="oriented" the one that `oriented_box` finds. Where the points are flat the box gets their largest extent. Raises
     /// LatticeError.
     #[staticmethod]
-    #[pyo3(signature = (vertices, shape=None, basis=BasisWord::Bernstein, margin=NumberLike::Default(0.0), degree=None, knots=KnotsWord::Uniform, fit=FitWord::Axes))]
+    #[pyo3(signature = (vertices, shape=None, basis=BasisWord::Bernstein, margin=NumberLike::Default(0.0), degree=None, knots=KnotsWord::Uniform, weights=None, interpolation=None, fit=FitWord::Axes))]
+    #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn around(
         vertices: ArrayLike<'_>,
         shape: Option<ArrayLike<'_>>,
@@ -91,22 +114,25 @@ impl Lattice {
         margin: NumberLike<'_>,
         degree: Option<ArrayLike<'_>>,
         knots: KnotsWord<'_>,
+        weights: Option<ArrayLike<'_>>,
+        interpolation: Option<InterpolationWords>,
         fit: FitWord,
     ) -> PyResult<Self> {
-        let axes = axes(shape, basis, degree, knots)?;
+        let axes = axes(shape, basis, degree, knots, interpolation)?;
         let points = Argument::lattice("vertices").points(&vertices)?;
         let margin = Argument::lattice("margin").number(&margin)?;
         let around = match fit {
             FitWord::Axes => Core::around,
             FitWord::Oriented => Core::around_oriented,
         };
-        Ok(Self { core: around(axes, &points, margin).map_err(to_python)?, basis })
+        Self::of(around(axes, &points, margin).map_err(to_python)?, basis, weights, interpolation)
     }
 
     /// A lattice whose domain is a box by its centre (3,), axes (3, 3) rows, of any length, and half_widths (3,) along them (Hoff): from
     /// centre - half_widths to centre + half_widths along its axes; None for the coordinate axes. Raises LatticeError.
     #[staticmethod]
-    #[pyo3(name = "box", signature = (centre, axes, half_widths, shape=None, basis=BasisWord::Bernstein, degree=None, knots=KnotsWord::Uniform))]
+    #[pyo3(name = "box", signature = (centre, axes, half_widths, shape=None, basis=BasisWord::Bernstein, degree=None, knots=KnotsWord::Uniform, weights=None, interpolation=None))]
+    #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn boxed(
         centre: ArrayLike<'_>,
         axes: Option<ArrayLike<'_>>,
@@ -115,10 +141,12 @@ impl Lattice {
         basis: BasisWord,
         degree: Option<ArrayLike<'_>>,
         knots: KnotsWord<'_>,
+        weights: Option<ArrayLike<'_>>,
+        interpolation: Option<InterpolationWords>,
     ) -> PyResult<Self> {
         let domain = given(&centre, axes.as_ref(), &half_widths)?;
-        let core = Core::boxed(crate::axes::axes(shape, basis, degree, knots)?, domain).map_err(to_python)?;
-        Ok(Self { core, basis })
+        let axes = crate::axes::axes(shape, basis, degree, knots, interpolation)?;
+        Self::of(Core::boxed(axes, domain).map_err(to_python)?, basis, weights, interpolation)
     }
 
     /// Number of control points along s, t, u.
@@ -127,26 +155,36 @@ impl Lattice {
         self.core.shape().into()
     }
 
-    /// Polynomial degree along s, t, u.
+    /// Polynomial degree along s, t, u: of Blender's basis that of its pieces.
     #[getter]
     fn degree(&self) -> (usize, usize, usize) {
         self.core.axes().each_ref().map(AxisBasis::degree).into()
     }
 
     /// Knots along s, t, u, each float64 (points + degree + 1,), rescaled so that the domain is [0, 1]; those of a Bernstein lattice stand
-    /// at its ends.
+    /// at its ends. Of Blender's bases those of the pieces that they are made of, which go beyond.
     #[getter]
     fn knots<'py>(&self, py: Python<'py>) -> (NdArray<'py, f64>, NdArray<'py, f64>, NdArray<'py, f64>) {
         self.core.axes().each_ref().map(|axis| NdArray::numbers(py, axis.knots())).into()
     }
 
-    /// "bernstein" or "bspline".
+    /// "bernstein", "bspline" or "blender".
     #[getter]
     fn basis(&self) -> &'static str {
-        match self.basis {
-            BasisWord::Bernstein => "bernstein",
-            BasisWord::BSpline => "bspline",
-        }
+        self.basis.name()
+    }
+
+    /// Of Blender's basis the interpolation along s, t, u; None for others.
+    #[getter]
+    fn interpolation(&self) -> Option<(&'static str, &'static str, &'static str)> {
+        self.interpolation.map(|words| words.names().into())
+    }
+
+    /// Weights of the control points as given, float64 (nu, nv, nw), or None.
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> PyResult<Option<NdArray<'py, f64>>> {
+        let weights = self.core.weights();
+        weights.map(|weights| NdArray::lattice(py, weights.to_vec(), self.core.shape())).transpose()
     }
 
     /// Corner of the domain, float64 (3,).
@@ -162,7 +200,7 @@ impl Lattice {
         NdArray::points(py, &[edges.x_axis, edges.y_axis, edges.z_axis], &[3, 3])
     }
 
-    /// Control points at rest, float64 (nu, nv, nw, 3), index [i, j, k] along s, t, u: there the lattice is the identity map.
+    /// Control points at rest, float64 (nu, nv, nw, 3), index [i, j, k] along s, t, u: there the lattice moves nothing that is bound to it.
     #[getter]
     fn rest<'py>(&self, py: Python<'py>) -> PyResult<NdArray<'py, f64>> {
         let [nu, nv, nw] = self.core.shape();
@@ -177,7 +215,11 @@ impl Lattice {
     }
 
     /// Positions, float64 (V, 3), that control points (nu, nv, nw, 3) give to parameters (V, 3): equation (1) of the volume
-    /// paper. Parameters outside [0, 1] follow the nearest ones inside. Raises LatticeError.
+    /// paper. Parameters outside [0, 1] follow the nearest ones inside (of Blender's basis, within one cell beyond).
+    ///
+    /// With unequal weights it is the rational map, sum w B control / sum w B, which gives conics exactly, and does not leave the
+    /// lattice at rest where it is: a bound mesh moves by sum w B (control - rest) / sum w B instead. With one control point on an axis
+    /// the lattice keeps its thickness along it. Blender's basis moves points by the latter form always. Raises LatticeError.
     fn evaluate<'py>(
         &self,
         py: Python<'py>,
@@ -213,8 +255,10 @@ impl Lattice {
         blended(py, &self.core, &sets, &weights)
     }
 
-    /// The lattice with more control points, and those for the shape that control (nu, nv, nw, 3) gives to this one: `evaluate` takes
-    /// every parameter where it was, to rounding. Of several sets, (K, nu, nv, nw, 3), each is taken over, as shape keys are.
+    /// The lattice with more control points, and those for the shape that control (nu, nv, nw, 3) gives to this one: a mesh bound to the
+    /// one moves as if bound to the other, to rounding, and rest goes to rest. Of several sets, (K, nu, nv, nw, 3), each is taken
+    /// over, as shape keys are. Weights are refined along, in homogeneous coordinates; `evaluate` stays too where they are equal or
+    /// None, but not where they are unequal: a rational lattice at rest is not the identity.
     ///
     /// degree: to raise it to, one number or three.
     /// insert: three sequences of parameters in (0, 1), each None for an axis without: knots to insert, after the degree was raised.
@@ -223,7 +267,7 @@ impl Lattice {
     /// by knots in the middles of the longest spans.
     ///
     /// A uniform axis whose spans are all divided alike stays uniform, and its outer layers move in; otherwise knots beyond the domain
-    /// stay. Axes with one control point stay. Raises LatticeError. See Sederberg, CAGD, chapters 2 and 6.
+    /// stay. Axes with one control point stay. Of Blender's bases only linear ones can be refined, by dividing all spans alike. Raises LatticeError. See Sederberg, CAGD, chapters 2 and 6.
     #[pyo3(signature = (control, shape=None, degree=None, insert=None))]
     fn refine<'py>(
         &self,
@@ -233,11 +277,8 @@ impl Lattice {
         degree: Option<ArrayLike<'py>>,
         insert: Option<InsertLike>,
     ) -> PyResult<(Self, NdArray<'py, f64>)> {
-        let is_bernstein = self.basis == BasisWord::Bernstein;
-        let (core, has_knots, control) =
-            refined(py, &self.core, is_bernstein, &control, [shape, degree], insert)?;
-        let basis = if has_knots { BasisWord::BSpline } else { self.basis };
-        Ok((Self { core, basis }, control))
+        let (core, basis, control) = refined(py, &self.core, self.basis, &control, [shape, degree], insert)?;
+        Ok((Self { core, basis, interpolation: self.interpolation }, control))
     }
 
     /// The way back of `evaluate`: for points (V, 3) the parameters, float64 (V, 3), at which the lattice shaped by control points
@@ -360,8 +401,13 @@ impl Lattice {
     /// caps: True closes every hole by a virtual fan of triangles about the mean of the vertices around it; with False a hole is a
     /// MeshError where a volume is asked for.
     ///
+    /// surface: an isochor.Surface, or None. With one, triangles, bodies and pins name the surface's vertices, which are fixed
+    /// combinations of `vertices`: the control points of a patch model (`Patches.tessellate`), the coarse points of a subdivision
+    /// surface. The lattice moves `vertices` alone, and volumes are those of the surface, exactly; `Preserved.surface` has its vertices. The CPU
+    /// computes then, whatever the device. cost="surface" still counts how far `vertices` move.
+    ///
     /// Raises MeshError, LatticeError for a wrong rest, and DeviceError for an unknown device.
-    #[pyo3(signature = (vertices, triangles=None, device=DeviceWord::Auto, outside=OutsideWord(Outside::Keep), influence=None, rest=None, bodies=None, caps=false))]
+    #[pyo3(signature = (vertices, triangles=None, device=DeviceWord::Auto, outside=OutsideWord(Outside::Keep), influence=None, rest=None, bodies=None, caps=false, surface=None))]
     #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn bind(
         &self,
@@ -374,8 +420,11 @@ impl Lattice {
         rest: Option<ArrayLike<'_>>,
         bodies: Option<BodiesLike>,
         caps: bool,
+        surface: Option<SurfaceLike>,
     ) -> PyResult<Binding> {
-        Binding::new(py, &self.core, vertices, triangles, device, outside.0, influence, rest, bodies, caps)
+        Binding::new(
+            py, &self.core, vertices, triangles, device, outside.0, influence, rest, bodies, caps, surface,
+        )
     }
 
     fn __repr__(&self) -> String {

@@ -2,6 +2,7 @@
 //! `isochor.Lattice2D`.
 
 use isochor_core::{AxisBasis, DMat2, DVec2, DVec3, Lattice as Core, Outside};
+use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 
 use crate::arrays::{Argument, ArrayLike, NdArray, Numbers};
@@ -15,6 +16,7 @@ use crate::words::{BasisWord, DeviceWord, OutsideWord};
 /// shape: number of control points (nu, nv) along s, t; 1 to 64 each, 1 for an axis that does not deform.
 /// basis, degree, knots: as of `isochor.Lattice`; degree one number or two, knots a word or two arrays.
 /// origin (2,), edges (2, 2) rows: the domain's corner and edge vectors; there (s, t) runs over [0, 1]^2.
+/// weights (nu, nv): positive: the lattice is rational, as `isochor.Lattice` with weights.
 ///
 /// Raises LatticeError. See Sederberg, CAGD, sections 14.1 to 14.3.
 #[pyclass(frozen, module = "isochor")]
@@ -26,7 +28,8 @@ pub(crate) struct Lattice2D {
 #[pymethods]
 impl Lattice2D {
     #[new]
-    #[pyo3(signature = (shape=None, basis=BasisWord::Bernstein, degree=None, knots=PlaneKnots::Uniform, origin=None, edges=None))]
+    #[pyo3(signature = (shape=None, basis=BasisWord::Bernstein, degree=None, knots=PlaneKnots::Uniform, origin=None, edges=None, weights=None))]
+    #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn new<'py>(
         py: Python<'py>,
         shape: Option<ArrayLike<'py>>,
@@ -35,6 +38,7 @@ impl Lattice2D {
         knots: PlaneKnots<'py>,
         origin: Option<ArrayLike<'py>>,
         edges: Option<ArrayLike<'py>>,
+        weights: Option<ArrayLike<'py>>,
     ) -> PyResult<Self> {
         let axes = axes(py, shape, basis, degree, knots)?;
         let numbers = |name, object: &ArrayLike<'py>, shape: &[Option<usize>]| {
@@ -44,7 +48,13 @@ impl Lattice2D {
         let edges = edges.map(|edges| numbers("edges", &edges, &[Some(2), Some(2)])).transpose()?;
         let origin = origin.map_or(DVec2::ZERO, |at| DVec2::from_slice(&at));
         let edges = edges.map_or(DMat2::IDENTITY, |rows| DMat2::from_cols_slice(&rows));
-        Ok(Self { core: Core::planar(axes, origin, edges).map_err(to_python)?, basis })
+        let mut core = Core::planar(axes, origin, edges).map_err(to_python)?;
+        if let Some(weights) = weights {
+            let [nu, nv, _] = core.shape().map(Some);
+            let weights = numbers("weights", &weights, &[nu, nv])?;
+            core = core.with_weights(weights).map_err(to_python)?;
+        }
+        Ok(Self { core, basis })
     }
 
     /// Number of control points along s, t.
@@ -72,6 +82,16 @@ impl Lattice2D {
     fn knots<'py>(&self, py: Python<'py>) -> (NdArray<'py, f64>, NdArray<'py, f64>) {
         let [s, t, _] = self.core.axes();
         (NdArray::numbers(py, s.knots()), NdArray::numbers(py, t.knots()))
+    }
+
+    /// Weights of the control points as given, float64 (nu, nv), or None.
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> PyResult<Option<NdArray<'py, f64>>> {
+        let [nu, nv, _] = self.core.shape();
+        let shaped = |weights: &[f64]| -> PyResult<NdArray<'py, f64>> {
+            Ok(NdArray::of(PyArray1::from_slice(py, weights).reshape([nu, nv])?.as_untyped().clone()))
+        };
+        self.core.weights().map(shaped).transpose()
     }
 
     /// Corner of the domain, float64 (2,).

@@ -14,10 +14,13 @@ mod folds;
 mod lattice;
 mod lattice_2d;
 mod oriented;
+mod patches;
 mod pins;
 mod plane;
 mod preserved;
 mod refine;
+mod subdivision;
+mod surface;
 mod words;
 
 /// The native half of isochor.
@@ -48,9 +51,21 @@ mod _native {
     #[pymodule_export]
     use super::oriented::oriented_box;
     #[pymodule_export]
+    use super::patches::Patches;
+    #[pymodule_export]
+    use super::patches::Tessellation;
+    #[pymodule_export]
     use super::pins::Pins;
     #[pymodule_export]
     use super::preserved::Preserved;
+    #[pymodule_export]
+    use super::subdivision::Refined;
+    #[pymodule_export]
+    use super::subdivision::bent_edges;
+    #[pymodule_export]
+    use super::subdivision::tessellate;
+    #[pymodule_export]
+    use super::surface::Surface;
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "the name that Python expects")]
     const __version__: &str = env!("CARGO_PKG_VERSION");

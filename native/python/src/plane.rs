@@ -63,7 +63,7 @@ pub(crate) fn axes<'py>(
         Some(degree) => Some(with_third(py, "degree", &degree, 0)?),
         None => None,
     };
-    let [s, t, _] = crate::axes::axes(Some(shape), basis, degree, knots.with_third(py)?)?;
+    let [s, t, _] = crate::axes::axes(Some(shape), basis, degree, knots.with_third(py)?, None)?;
     Ok([s, t])
 }
 

@@ -6,6 +6,7 @@
 #[path = "../shared/mod.rs"]
 mod shared;
 
+mod blender_basis;
 mod bodies;
 mod costs;
 mod elastic;
@@ -13,11 +14,15 @@ mod folds;
 mod inversion;
 mod lattice;
 mod limit;
+mod mapped;
 mod methods;
 mod oriented;
+mod patches;
 mod planar;
 mod proxy;
+mod rational;
 mod refine;
 mod tensor;
+mod tessellation;
 mod volume;
 mod weights;
