@@ -126,7 +126,8 @@ def test_what_is_bound_to_a_rational_lattice_moves_as_before(spec):
     )
     size = np.abs(control).max() + np.abs(lattice.rest).max()
     np.testing.assert_allclose(after, before, rtol=0, atol=1e-13 * size)
-    assert np.array_equal(lattice.refine(lattice.rest, insert=insert)[1], lattice.refine(lattice.rest, insert=insert)[0].rest)
+    finer, fine_rest = lattice.refine(lattice.rest, insert=insert)
+    assert np.array_equal(fine_rest, finer.rest)
 
 
 def test_blenders_linear_lattices_are_refined_evenly():
