@@ -58,9 +58,15 @@ impl Lattice {
     /// orthogonal.
     ///
     /// # Errors
-    /// [`Error::Lattice`] for half-widths that are not positive, and for axes of length 0, in one plane, or not finite.
+    /// [`Error::Lattice`] for a centre that is not finite, for half-widths that are not positive, and for axes of length 0, in one plane, or not finite.
     pub fn boxed(axes: [AxisBasis; 3], domain: OrientedBox) -> Result<Self> {
         let OrientedBox { centre, axes: directions, half_widths } = domain;
+        if !centre.is_finite() {
+            return Err(Error::Lattice(format!(
+                "centre: found {}, expected finite numbers",
+                bracketed(centre.to_array())
+            )));
+        }
         if let Some(axis) = (0..3).find(|&axis| !(half_widths[axis] > 0.0 && half_widths[axis].is_finite())) {
             return Err(Error::Lattice(format!(
                 "half_widths: found {} along axis {}, expected a positive number",

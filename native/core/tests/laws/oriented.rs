@@ -154,6 +154,8 @@ fn wrong_boxes_are_refused_by_name() {
     };
     assert!(boxed(DMat3::IDENTITY, DVec3::new(1.0, 0.0, 1.0)).contains("half_widths: found 0 along axis t"));
     assert!(boxed(DMat3::IDENTITY, DVec3::splat(f64::NAN)).contains("half_widths: found NaN"));
+    let nowhere = OrientedBox { centre: DVec3::NAN, axes: DMat3::IDENTITY, half_widths: DVec3::ONE };
+    assert!(Lattice::boxed(cubic(), nowhere).unwrap_err().to_string().contains("centre: found (NaN"));
     let flat = DMat3::from_cols(DVec3::X, DVec3::X, DVec3::Z);
     assert!(boxed(flat, DVec3::ONE).contains("axes: found (1, 0, 0)"));
     assert!(OrientedBox::around(&[], None).unwrap_err().to_string().contains("points: found none"));
