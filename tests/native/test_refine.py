@@ -109,6 +109,43 @@ def test_mesh_and_volume_stay_and_the_finer_lattice_corrects():
     assert result.error < 1e-12
 
 
+@each_lattice
+def test_what_is_bound_to_a_rational_lattice_moves_as_before(spec):
+    plain = spec.build()
+    weights = np.random.default_rng(6).uniform(0.1, 3, plain.shape)
+    knots = {} if plain.basis == "bernstein" else {"degree": [max(d, 1) for d in plain.degree], "knots": plain.knots}
+    lattice = Lattice(plain.shape, plain.basis, origin=plain.origin, edges=plain.edges, weights=weights, **knots)
+    control = lattices.noisy(spec, 0.7) if spec in SOLID.values() else lattice.rest + 0.3
+    insert = [[0.4] if n > 1 else None for n in lattice.shape]
+    finer, fine_control = lattice.refine(control, degree=[d + 1 if d else 0 for d in lattice.degree], insert=insert)
+    assert finer.weights.shape == finer.shape
+    points = lattices.points_inside(spec)
+    before, after = (
+        each.bind(points, device="cpu", outside="extend").deform(moved)
+        for each, moved in ((lattice, control), (finer, fine_control))
+    )
+    size = np.abs(control).max() + np.abs(lattice.rest).max()
+    np.testing.assert_allclose(after, before, rtol=0, atol=1e-13 * size)
+    finer, fine_rest = lattice.refine(lattice.rest, insert=insert)
+    assert np.array_equal(fine_rest, finer.rest)
+
+
+def test_blenders_linear_lattices_are_refined_evenly():
+    lattice = Lattice((4, 3, 1), "blender", interpolation="linear")
+    control = lattice.rest + np.random.default_rng(7).normal(size=(4, 3, 1, 3))
+    finer, _ = unchanged(lattice, control, shape=(7, 9, 1))
+    assert (finer.basis, finer.interpolation) == ("blender", ("linear",) * 3)
+    thirds, _ = unchanged(lattice, control, insert=([i / 9 for i in range(1, 9) if i % 3], None, None))
+    assert thirds.shape == (10, 3, 1)
+    with refused(LatticeError, "shape", "evenly", 7):
+        lattice.refine(control, shape=(6, 3, 1))
+    with refused(LatticeError, "evenly"):
+        lattice.refine(control, degree=2)
+    cubic = Lattice((4, 4, 4), "blender")
+    with refused(LatticeError, "Blender", "axis s", "B-spline"):
+        cubic.refine(cubic.rest, shape=(7, 7, 7))
+
+
 def test_what_cannot_be_refined():
     lattice = Lattice((5, 5, 5), "bspline", 3, "clamped")
     rest = lattice.rest

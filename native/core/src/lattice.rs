@@ -161,29 +161,10 @@ impl Lattice {
     /// # Errors
     /// [`Error::Lattice`] without points, with non-finite points, or with a margin that leaves no box.
     pub fn around(axes: [AxisBasis; 3], points: &[DVec3], margin: f64) -> Result<Self> {
-        if points.is_empty() {
-            return Err(Error::Lattice(
-                "points: found none, expected at least one to put a lattice around".into(),
-            ));
-        }
-        if let Some(i) = points.iter().position(|p| !p.is_finite()) {
-            return Err(Error::Lattice(format!(
-                "points: found NaN or infinity at index {i}, expected finite numbers"
-            )));
-        }
-        if !(margin.is_finite() && margin > -0.5) {
-            return Err(Error::Lattice(format!(
-                "margin: found {}, expected a finite fraction of the box's size above -0.5",
-                number(margin)
-            )));
-        }
+        check_around(points, margin)?;
         let (low, high) = bounds(points);
-        let size = high - low;
-        let largest = if size.max_element() > 0.0 { size.max_element() } else { 1.0 };
-        let flat = size.cmple(DVec3::splat(largest * FLAT_FRAME));
-        let size = DVec3::select(flat, DVec3::splat(largest), size);
-        let origin = DVec3::select(flat, (low + high - size) * 0.5, low) - size * margin;
-        Self::new(axes, origin, DMat3::from_diagonal(size * (1.0 + 2.0 * margin)))
+        let (origin, size) = widened(low, high, margin);
+        Self::new(axes, origin, DMat3::from_diagonal(size))
     }
 
     /// The bases along s, t and u.
@@ -373,6 +354,38 @@ pub(crate) fn unit_columns(matrix: DMat3) -> DMat3 {
     let unit = |column: DVec3| (column / column.abs().max_element()).normalize_or_zero();
     let column = |c: DVec3| if c == DVec3::ZERO { c } else { unit(c) };
     DMat3::from_cols(column(matrix.x_axis), column(matrix.y_axis), column(matrix.z_axis))
+}
+
+/// Checks that a box can be put around points, and widened by a margin.
+pub(crate) fn check_around(points: &[DVec3], margin: f64) -> Result<()> {
+    if points.is_empty() {
+        return Err(Error::Lattice(
+            "points: found none, expected at least one to put a lattice around".into(),
+        ));
+    }
+    if let Some(i) = points.iter().position(|p| !p.is_finite()) {
+        return Err(Error::Lattice(format!(
+            "points: found NaN or infinity at index {i}, expected finite numbers"
+        )));
+    }
+    if !(margin.is_finite() && margin > -0.5) {
+        return Err(Error::Lattice(format!(
+            "margin: found {}, expected a finite fraction of the box's size above -0.5",
+            number(margin)
+        )));
+    }
+    Ok(())
+}
+
+/// Corner and size of a domain around a box, with a margin as a fraction of its size on every side. Flat sides get the largest
+/// extent first (1 for a single point).
+pub(crate) fn widened(low: DVec3, high: DVec3, margin: f64) -> (DVec3, DVec3) {
+    let size = high - low;
+    let largest = if size.max_element() > 0.0 { size.max_element() } else { 1.0 };
+    let flat = size.cmple(DVec3::splat(largest * FLAT_FRAME));
+    let size = DVec3::select(flat, DVec3::splat(largest), size);
+    let corner = DVec3::select(flat, (low + high - size) * 0.5, low) - size * margin;
+    (corner, size * (1.0 + 2.0 * margin))
 }
 
 /// Corners of the axis-aligned box of `points`; an inverted box without points.

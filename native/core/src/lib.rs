@@ -35,9 +35,11 @@ mod lattice;
 pub mod layout;
 mod measures;
 mod net;
+mod oriented;
 mod over;
 mod patches;
 mod pieces;
+mod planar;
 mod preserve;
 mod proxy;
 mod quotient;
@@ -62,11 +64,13 @@ pub use control_map::ControlMap;
 pub use elastic::Elastic;
 pub use error::{Error, Result};
 pub use folds::{DEPTH, FoldTest, Folds, MOST_DEPTH, Verdict};
-pub use glam::{DMat3, DVec3};
+pub use glam::{DMat2, DMat3, DVec2, DVec3};
 pub use interpolation::Interpolation;
 pub use inversion::Preimage;
 pub use lattice::{FACE_TOLERANCE, FACE_TOLERANCE_F32, Lattice};
+pub use oriented::OrientedBox;
 pub use patches::Patches;
+pub use planar::Planar;
 pub use preserve::{
     Accuracy, Coefficients, Cost, Limit, Method, Passes, PinPoint, Pins, Plan, Preserve, Preserved,
 };

@@ -26,6 +26,13 @@ impl<'py> FromPyObject<'_, 'py> for ArrayLike<'py> {
     }
 }
 
+impl ArrayLike<'_> {
+    /// Whether it is one integer.
+    pub(crate) fn is_number(&self) -> bool {
+        self.0.extract::<i64>().is_ok()
+    }
+}
+
 /// Any object that may be a real number.
 pub(crate) enum NumberLike<'py> {
     /// What a signature has where the caller gives nothing.
@@ -159,6 +166,11 @@ impl Argument {
         converted(&self.array(object, numbers, shape)?, "float64")
     }
 
+    /// All integers, in C order.
+    pub(crate) fn integers(self, object: &ArrayLike<'_>, shape: &[Option<usize>]) -> PyResult<Vec<i64>> {
+        converted(&self.array(object, Numbers::Integers, shape)?, "int64")
+    }
+
     /// One real number.
     pub(crate) fn number(self, object: &NumberLike<'_>) -> PyResult<f64> {
         match object {
@@ -221,9 +233,9 @@ impl Argument {
 
     /// One or three non-negative integers, the one repeated.
     pub(crate) fn counts(self, object: &ArrayLike<'_>, single: bool) -> PyResult<[usize; 3]> {
-        let one = single && object.0.extract::<i64>().is_ok();
+        let one = single && object.is_number();
         let shape: &[Option<usize>] = if one { &[] } else { &[Some(3)] };
-        let values: Vec<i64> = converted(&self.array(object, Numbers::Integers, shape)?, "int64")?;
+        let values = self.integers(object, shape)?;
         let count = |axis: usize| {
             let value = values[if one { 0 } else { axis }];
             usize::try_from(value)

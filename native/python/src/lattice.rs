@@ -12,9 +12,10 @@ use crate::binding::{Binding, orders, point_weights};
 use crate::bodies::BodiesLike;
 use crate::errors::to_python;
 use crate::folds::{Folds, halvings};
+use crate::oriented::given;
 use crate::refine::{InsertLike, blended, derivatives, refined};
 use crate::surface::SurfaceLike;
-use crate::words::{BasisWord, DeviceWord, FacesWords, InterpolationWords, KnotsWord, OutsideWord};
+use crate::words::{BasisWord, DeviceWord, FacesWords, FitWord, InterpolationWords, KnotsWord, OutsideWord};
 
 /// A free-form deformation lattice: a box of space, or its image under an affine map, with a spline over it.
 ///
@@ -100,10 +101,11 @@ impl Lattice {
         Self::of(Core::new(axes, origin, edges).map_err(to_python)?, basis, weights, interpolation)
     }
 
-    /// A lattice whose domain is the axis-aligned box of points (V, 3), widened by `margin` times its size on every side.
-    /// Where the points are flat the box gets their largest extent. Raises LatticeError.
+    /// A lattice whose domain is a box around points (V, 3), widened by `margin` times its size on every side: the axis-aligned one, or
+    /// with fit="oriented" the one that `oriented_box` finds. Where the points are flat the box gets their largest extent. Raises
+    /// LatticeError.
     #[staticmethod]
-    #[pyo3(signature = (vertices, shape=None, basis=BasisWord::Bernstein, margin=NumberLike::Default(0.0), degree=None, knots=KnotsWord::Uniform, weights=None, interpolation=None))]
+    #[pyo3(signature = (vertices, shape=None, basis=BasisWord::Bernstein, margin=NumberLike::Default(0.0), degree=None, knots=KnotsWord::Uniform, weights=None, interpolation=None, fit=FitWord::Axes))]
     #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn around(
         vertices: ArrayLike<'_>,
@@ -114,11 +116,37 @@ impl Lattice {
         knots: KnotsWord<'_>,
         weights: Option<ArrayLike<'_>>,
         interpolation: Option<InterpolationWords>,
+        fit: FitWord,
     ) -> PyResult<Self> {
         let axes = axes(shape, basis, degree, knots, interpolation)?;
         let points = Argument::lattice("vertices").points(&vertices)?;
         let margin = Argument::lattice("margin").number(&margin)?;
-        Self::of(Core::around(axes, &points, margin).map_err(to_python)?, basis, weights, interpolation)
+        let around = match fit {
+            FitWord::Axes => Core::around,
+            FitWord::Oriented => Core::around_oriented,
+        };
+        Self::of(around(axes, &points, margin).map_err(to_python)?, basis, weights, interpolation)
+    }
+
+    /// A lattice whose domain is a box by its centre (3,), axes (3, 3) rows, of any length, and half_widths (3,) along them (Hoff): from
+    /// centre - half_widths to centre + half_widths along its axes; None for the coordinate axes. Raises LatticeError.
+    #[staticmethod]
+    #[pyo3(name = "box", signature = (centre, axes, half_widths, shape=None, basis=BasisWord::Bernstein, degree=None, knots=KnotsWord::Uniform, weights=None, interpolation=None))]
+    #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
+    fn boxed(
+        centre: ArrayLike<'_>,
+        axes: Option<ArrayLike<'_>>,
+        half_widths: ArrayLike<'_>,
+        shape: Option<ArrayLike<'_>>,
+        basis: BasisWord,
+        degree: Option<ArrayLike<'_>>,
+        knots: KnotsWord<'_>,
+        weights: Option<ArrayLike<'_>>,
+        interpolation: Option<InterpolationWords>,
+    ) -> PyResult<Self> {
+        let domain = given(&centre, axes.as_ref(), &half_widths)?;
+        let axes = crate::axes::axes(shape, basis, degree, knots, interpolation)?;
+        Self::of(Core::boxed(axes, domain).map_err(to_python)?, basis, weights, interpolation)
     }
 
     /// Number of control points along s, t, u.
@@ -134,7 +162,7 @@ impl Lattice {
     }
 
     /// Knots along s, t, u, each float64 (points + degree + 1,), rescaled so that the domain is [0, 1]; those of a Bernstein lattice stand
-    /// at its ends.
+    /// at its ends. Of Blender's bases those of the pieces that they are made of, which go beyond.
     #[getter]
     fn knots<'py>(&self, py: Python<'py>) -> (NdArray<'py, f64>, NdArray<'py, f64>, NdArray<'py, f64>) {
         self.core.axes().each_ref().map(|axis| NdArray::numbers(py, axis.knots())).into()
@@ -143,11 +171,7 @@ impl Lattice {
     /// "bernstein", "bspline" or "blender".
     #[getter]
     fn basis(&self) -> &'static str {
-        match self.basis {
-            BasisWord::Bernstein => "bernstein",
-            BasisWord::BSpline => "bspline",
-            BasisWord::Blender => "blender",
-        }
+        self.basis.name()
     }
 
     /// Of Blender's basis the interpolation along s, t, u; None for others.
@@ -231,8 +255,10 @@ impl Lattice {
         blended(py, &self.core, &sets, &weights)
     }
 
-    /// The lattice with more control points, and those for the shape that control (nu, nv, nw, 3) gives to this one: `evaluate` takes
-    /// every parameter where it was, to rounding. Of several sets, (K, nu, nv, nw, 3), each is taken over, as shape keys are.
+    /// The lattice with more control points, and those for the shape that control (nu, nv, nw, 3) gives to this one: a mesh bound to the
+    /// one moves as if bound to the other, to rounding, and rest goes to rest. Of several sets, (K, nu, nv, nw, 3), each is taken
+    /// over, as shape keys are. Weights are refined along, in homogeneous coordinates; `evaluate` stays too where they are equal or
+    /// None, but not where they are unequal: a rational lattice at rest is not the identity.
     ///
     /// degree: to raise it to, one number or three.
     /// insert: three sequences of parameters in (0, 1), each None for an axis without: knots to insert, after the degree was raised.
@@ -241,7 +267,7 @@ impl Lattice {
     /// by knots in the middles of the longest spans.
     ///
     /// A uniform axis whose spans are all divided alike stays uniform, and its outer layers move in; otherwise knots beyond the domain
-    /// stay. Axes with one control point stay. Raises LatticeError. See Sederberg, CAGD, chapters 2 and 6.
+    /// stay. Axes with one control point stay. Of Blender's bases only linear ones can be refined, by dividing all spans alike. Raises LatticeError. See Sederberg, CAGD, chapters 2 and 6.
     #[pyo3(signature = (control, shape=None, degree=None, insert=None))]
     fn refine<'py>(
         &self,
@@ -251,10 +277,7 @@ impl Lattice {
         degree: Option<ArrayLike<'py>>,
         insert: Option<InsertLike>,
     ) -> PyResult<(Self, NdArray<'py, f64>)> {
-        let is_bernstein = self.basis == BasisWord::Bernstein;
-        let (core, has_knots, control) =
-            refined(py, &self.core, is_bernstein, &control, [shape, degree], insert)?;
-        let basis = if has_knots { BasisWord::BSpline } else { self.basis };
+        let (core, basis, control) = refined(py, &self.core, self.basis, &control, [shape, degree], insert)?;
         Ok((Self { core, basis, interpolation: self.interpolation }, control))
     }
 

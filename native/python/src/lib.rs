@@ -5,14 +5,18 @@ mod arrays;
 mod axes;
 mod backend;
 mod binding;
+mod binding_2d;
 mod bodies;
 mod device;
 mod elastic;
 mod errors;
 mod folds;
 mod lattice;
+mod lattice_2d;
+mod oriented;
 mod patches;
 mod pins;
+mod plane;
 mod preserved;
 mod refine;
 mod subdivision;
@@ -27,6 +31,10 @@ mod _native {
     #[pymodule_export]
     use super::binding::prepare_in_background;
     #[pymodule_export]
+    use super::binding_2d::Binding2D;
+    #[pymodule_export]
+    use super::binding_2d::Preserved2D;
+    #[pymodule_export]
     use super::device::Device;
     #[pymodule_export]
     use super::device::copy_bandwidth;
@@ -38,6 +46,10 @@ mod _native {
     use super::folds::Folds;
     #[pymodule_export]
     use super::lattice::Lattice;
+    #[pymodule_export]
+    use super::lattice_2d::Lattice2D;
+    #[pymodule_export]
+    use super::oriented::oriented_box;
     #[pymodule_export]
     use super::patches::Patches;
     #[pymodule_export]

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! More control points for the same shape, blends of shapes and their derivatives: the arguments of `isochor.Lattice`'s methods.
 
-use isochor_core::{DVec3, Lattice as Core, RefineAxis};
+use isochor_core::{AxisBasis, DVec3, Lattice as Core, RefineAxis};
 use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
 use pyo3::{type_hint_identifier, type_hint_subscript, type_hint_union};
 
 use crate::arrays::{Argument, ArrayLike, NdArray, Numbers};
 use crate::errors::to_python;
+use crate::words::BasisWord;
 
 /// `insert`: three sequences of parameters, or None for an axis.
 pub(crate) struct InsertLike([Vec<f64>; 3]);
@@ -42,17 +43,39 @@ impl<'py> FromPyObject<'_, 'py> for InsertLike {
 pub(crate) fn refined<'py>(
     py: Python<'py>,
     lattice: &Core,
-    is_bernstein: bool,
+    basis: BasisWord,
     control: &ArrayLike<'py>,
     to: [Option<ArrayLike<'py>>; 2],
     insert: Option<InsertLike>,
-) -> PyResult<(Core, bool, NdArray<'py, f64>)> {
+) -> PyResult<(Core, BasisWord, NdArray<'py, f64>)> {
     let (sets, control) = Argument::lattice("control").sets(control, lattice.shape())?;
-    let [shape, degree] = to;
+    let axes = asked_for(lattice, basis == BasisWord::Bernstein, to, insert)?;
+    let refinement = py.detach(|| lattice.refine(&axes)).map_err(to_python)?;
+    let has_knots = axes.iter().any(|to| !to.insert.is_empty());
+    let basis = match basis {
+        BasisWord::Bernstein if has_knots => BasisWord::BSpline,
+        BasisWord::Blender => even(lattice, refinement.lattice()).map(|()| basis)?,
+        _ => basis,
+    };
+    let finer: isochor_core::Result<Vec<Vec<DVec3>>> =
+        py.detach(|| control.chunks(lattice.len()).map(|set| refinement.control(set)).collect());
+    let fine = refinement.lattice().clone();
+    let [nu, nv, nw] = fine.shape();
+    let all: Vec<usize> = sets.into_iter().chain([nu, nv, nw, 3]).collect();
+    let finer = NdArray::points(py, &finer.map_err(to_python)?.concat(), &all)?;
+    Ok((fine, basis, finer))
+}
+
+/// What the arguments shape, degree and insert ask of each axis.
+fn asked_for(
+    lattice: &Core,
+    is_bernstein: bool,
+    [shape, degree]: [Option<ArrayLike<'_>>; 2],
+    insert: Option<InsertLike>,
+) -> PyResult<[RefineAxis; 3]> {
     let shape = shape.map(|shape| Argument::lattice("shape").counts(&shape, false)).transpose()?;
     let degree = degree.map(|degree| Argument::lattice("degree").counts(&degree, true)).transpose()?;
     let insert = insert.map(|insert| insert.0).unwrap_or_default();
-    let has_knots = insert.iter().any(|knots| !knots.is_empty());
     let mut axes: [RefineAxis; 3] = Default::default();
     for (axis, (to, insert)) in axes.iter_mut().zip(insert).enumerate() {
         let (count, degree) = (shape.map(|shape| shape[axis]), degree.map(|degree| degree[axis]));
@@ -62,14 +85,23 @@ pub(crate) fn refined<'py>(
             *to = RefineAxis { degree: Some(raised_degree(count, degree)?), ..RefineAxis::default() };
         }
     }
-    let refinement = py.detach(|| lattice.refine(&axes)).map_err(to_python)?;
-    let finer: isochor_core::Result<Vec<Vec<DVec3>>> =
-        py.detach(|| control.chunks(lattice.len()).map(|set| refinement.control(set)).collect());
-    let fine = refinement.lattice().clone();
-    let [nu, nv, nw] = fine.shape();
-    let all: Vec<usize> = sets.into_iter().chain([nu, nv, nw, 3]).collect();
-    let finer = NdArray::points(py, &finer.map_err(to_python)?.concat(), &all)?;
-    Ok((fine, has_knots, finer))
+    Ok(axes)
+}
+
+/// Checks that points of Blender's lattice are evenly spaced after refinement, as Blender has them.
+fn even(coarse: &Core, fine: &Core) -> PyResult<()> {
+    for (axis, (old, new)) in coarse.axes().iter().zip(fine.axes()).enumerate() {
+        let is_even = AxisBasis::clamped(new.count(), 1).is_ok_and(|even| even == *new);
+        if old != new && !is_even {
+            let (name, spans) = (["s", "t", "u"][axis], old.count() - 1);
+            return Err(Argument::lattice("shape").error(format!(
+                "Blender's points are evenly spaced, and linear between, so that all spans of axis {name} must be divided alike: expected {}, {} and so on points, or knots inserted evenly; use a B-spline lattice for others",
+                2 * spans + 1,
+                4 * spans + 1
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// The degree of a Bernstein axis with `count` points.

@@ -49,6 +49,17 @@ impl FromPyObject<'_, '_> for BasisWord {
     }
 }
 
+impl BasisWord {
+    /// The word.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Bernstein => "bernstein",
+            Self::BSpline => "bspline",
+            Self::Blender => "blender",
+        }
+    }
+}
+
 /// The words for how Blender's lattice goes from point to point.
 const INTERPOLATIONS: [(&str, Interpolation); 4] = [
     ("linear", Interpolation::Linear),
@@ -137,6 +148,29 @@ impl<'py> FromPyObject<'_, 'py> for KnotsWord<'py> {
                 Err(Argument::lattice("knots").error(format!("found {} items, {expected}", items.len())))
             }
             Err(_) => Err(Argument::lattice("knots").error(format!("found {}, {expected}", word(&object)))),
+        }
+    }
+}
+
+/// `fit`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum FitWord {
+    Axes,
+    Oriented,
+}
+
+impl FromPyObject<'_, '_> for FitWord {
+    type Error = PyErr;
+    const INPUT_TYPE: PyStaticExpr = literal!("axes", "oriented");
+
+    fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        match word(&object).as_str() {
+            "axes" => Ok(Self::Axes),
+            "oriented" => Ok(Self::Oriented),
+            other => {
+                Err(Argument::lattice("fit")
+                    .error(format!("found {other:?}, expected \"axes\" or \"oriented\"")))
+            }
         }
     }
 }

@@ -24,7 +24,7 @@ pub struct RefineAxis {
 /// axis, for messages.
 pub(super) fn refined(basis: &AxisBasis, to: &RefineAxis, name: &str) -> Result<(AxisBasis, Option<Rows>)> {
     check(basis, to, name)?;
-    if basis.count() == 1 {
+    if basis.count() == 1 || basis.rows().is_some() {
         return Ok((basis.clone(), None));
     }
     let mut rows = None;
@@ -65,6 +65,11 @@ fn check(basis: &AxisBasis, to: &RefineAxis, name: &str) -> Result<()> {
         return if asked { Err(single(name)) } else { Ok(()) };
     }
     let degree = to.degree.unwrap_or(basis.degree());
+    if basis.rows().is_some() {
+        let stays =
+            degree == basis.degree() && to.insert.is_empty() && to.count.is_none_or(|n| n == basis.count());
+        return if stays { Ok(()) } else { Err(of_blender(name)) };
+    }
     if degree < basis.degree() {
         return Err(Error::Lattice(format!(
             "degree: found {degree} on axis {name}, expected at least the lattice's own {}; refinement raises a degree, a lower one would change the shape",
@@ -82,6 +87,12 @@ fn check(basis: &AxisBasis, to: &RefineAxis, name: &str) -> Result<()> {
 fn single(name: &str) -> Error {
     Error::Lattice(format!(
         "refine: axis {name} has one control point, along which nothing deforms, and more were asked for; expected it to stay at one, or make a lattice with more points there"
+    ))
+}
+
+fn of_blender(name: &str) -> Error {
+    Error::Lattice(format!(
+        "refine: axis {name} has one of Blender's cubic bases, and a finer grid of the same kind cannot take all of its shapes; expected the axis to stay, or be linear; use a B-spline lattice where it must be refined"
     ))
 }
 
@@ -128,14 +139,15 @@ fn middle_of_longest(inner: &[f64]) -> f64 {
 /// The axis with these knots inside its domain. Those beyond stay, but where every span of a uniform axis was divided alike,
 /// it is uniform again.
 fn with_inner(basis: &AxisBasis, inner: &[f64]) -> Result<AxisBasis> {
-    let degree = basis.degree();
-    let count = inner.len() + degree + 1;
-    if *basis == AxisBasis::uniform(basis.count(), degree)? && (inner.len() + 1).is_multiple_of(basis.cells())
-    {
-        let uniform = AxisBasis::uniform(count, degree)?;
-        let even = uniform.knots()[degree + 1..count].iter().zip(inner);
-        if even.into_iter().all(|(even, knot)| (even - knot).abs() < SAME_KNOT) {
-            return Ok(uniform);
+    let (count, degree) = (inner.len() + basis.degree() + 1, basis.degree());
+    for evenly in [AxisBasis::uniform, AxisBasis::clamped] {
+        if *basis != evenly(basis.count(), degree)? || !(inner.len() + 1).is_multiple_of(basis.cells()) {
+            continue;
+        }
+        let finer = evenly(count, degree)?;
+        let mut pairs = finer.knots()[degree + 1..count].iter().zip(inner);
+        if pairs.all(|(even, knot)| (even - knot).abs() < SAME_KNOT) {
+            return Ok(finer);
         }
     }
     let knots = basis.knots();

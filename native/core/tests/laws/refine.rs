@@ -2,7 +2,7 @@
 //! Refinement changes nothing; derivatives and blends are what differences and sums say.
 
 use crate::shared::{bases, noise, slanted};
-use isochor_core::{AxisBasis, DVec3, Lattice, RefineAxis};
+use isochor_core::{AxisBasis, Binding, DVec3, Interpolation, Lattice, Outside, RefineAxis};
 
 fn bent(lattice: &Lattice, seed: u64) -> Vec<DVec3> {
     let mut random = noise(seed);
@@ -245,4 +245,87 @@ fn blends_are_relative_to_rest() {
     assert!(lattice.blend(&[&a], &[1.0, 2.0]).unwrap_err().to_string().contains("weights: found 2"));
     assert!(lattice.blend(&[&a], &[f64::NAN]).unwrap_err().to_string().contains("weights: found NaN"));
     assert!(lattice.blend(&[&a[1..]], &[1.0]).unwrap_err().to_string().contains("sets: found"));
+}
+
+fn weighted(lattice: &Lattice, seed: u64) -> Lattice {
+    let mut random = noise(seed);
+    let weights = (0..lattice.len()).map(|_| 2.0_f64.powf(3.0 * random())).collect();
+    lattice.clone().with_weights(weights).unwrap()
+}
+
+/// Where the lattices take points that are bound to them.
+fn bound(lattice: &Lattice, control: &[DVec3]) -> Vec<[f64; 3]> {
+    let points = parameters(43).iter().map(|&p| lattice.point(p).to_array()).collect();
+    let binding = Binding::new(lattice.clone(), points, Vec::new(), None, Outside::Extend).unwrap();
+    let mut out = vec![[0.0; 3]; binding.vertices().len()];
+    binding.deform(control, &mut out).unwrap();
+    out
+}
+
+#[test]
+fn what_is_bound_to_a_rational_lattice_moves_as_before() {
+    for (name, axes) in cases() {
+        let lattice = weighted(&slanted(axes), 47);
+        let all: [RefineAxis; 3] = lattice.axes().each_ref().map(|axis| match axis.count() {
+            1 => RefineAxis::default(),
+            _ => to(Some(axis.degree() + 1), &[0.37], None),
+        });
+        let refinement = lattice.refine(&all).unwrap();
+        let fine = refinement.lattice();
+        let control = bent(&lattice, 53);
+        let (before, after) =
+            (bound(&lattice, &control), bound(fine, &refinement.control(&control).unwrap()));
+        for (a, b) in before.iter().zip(&after) {
+            assert!(DVec3::from_array(*a).distance(DVec3::from_array(*b)) < 4e-13, "{name}");
+        }
+        assert_eq!(refinement.control(&lattice.rest()).unwrap(), fine.rest(), "{name}");
+        assert!(fine.weights().unwrap().iter().all(|w| (0.125..=8.0).contains(w)), "{name}");
+    }
+}
+
+#[test]
+fn derivatives_of_rational_and_of_blender_s_lattices_are_limits_too() {
+    let kinds = [Interpolation::BSpline, Interpolation::Cardinal, Interpolation::CatmullRom];
+    let blender = slanted(kinds.map(|kind| AxisBasis::blender(4, kind).unwrap()));
+    let positive = slanted(std::array::from_fn(|_| AxisBasis::blender(4, Interpolation::BSpline).unwrap()));
+    let mut all: Vec<Lattice> = cases().into_iter().map(|(_, axes)| weighted(&slanted(axes), 59)).collect();
+    all.extend([blender, weighted(&positive, 61)]);
+    let step = 1e-6;
+    for lattice in all {
+        let control = bent(&lattice, 67);
+        let places: Vec<DVec3> = parameters(71).into_iter().take(303).collect();
+        let found = lattice.derivative(&places, &control).unwrap();
+        for axis in 0..3 {
+            let basis = &lattice.axes()[axis];
+            let way = DVec3::from_array(std::array::from_fn(|a| if a == axis { step } else { 0.0 }));
+            let at = |sign: f64| places.iter().map(|p| p + way * sign).collect::<Vec<DVec3>>();
+            let above = lattice.evaluate(&at(1.0), &control).unwrap();
+            let below = lattice.evaluate(&at(-1.0), &control).unwrap();
+            for ((p, found), (a, b)) in places.iter().zip(&found).zip(above.iter().zip(&below)) {
+                if basis.knots().iter().any(|knot| (knot - p[axis]).abs() <= 2.0 * step) {
+                    continue;
+                }
+                let size = 1.0 + found.col(axis).length();
+                assert!(found.col(axis).distance((a - b) / (2.0 * step)) < 1e-4 * size, "axis {axis} at {p}");
+            }
+        }
+    }
+}
+
+#[test]
+fn blender_s_linear_axes_are_refined_and_the_others_refused() {
+    let [linear, cubic] = [Interpolation::Linear, Interpolation::BSpline];
+    let axes = [linear, cubic, linear].map(|kind| AxisBasis::blender(4, kind).unwrap());
+    let lattice = slanted(axes);
+    let fine = unchanged(
+        "linear",
+        &lattice,
+        &[to(None, &[], Some(7)), to(None, &[], Some(4)), to(None, &[], Some(13))],
+    );
+    assert_eq!(fine.axes()[0], AxisBasis::blender(7, linear).unwrap());
+    assert_eq!(fine.axes()[2], AxisBasis::blender(13, linear).unwrap());
+    for asked in [to(Some(4), &[], None), to(None, &[0.5], None), to(None, &[], Some(7))] {
+        let refused = lattice.refine(&[RefineAxis::default(), asked, RefineAxis::default()]).unwrap_err();
+        assert!(refused.to_string().contains("axis t has one of Blender's cubic bases"));
+    }
 }
