@@ -7,6 +7,7 @@
 mod shared;
 
 mod bodies;
+mod chain;
 mod costs;
 mod elastic;
 mod folds;
@@ -19,5 +20,6 @@ mod proxy;
 mod refine;
 mod tensor;
 mod tessellation;
+mod ties;
 mod volume;
 mod weights;
