@@ -6,6 +6,7 @@
 #[path = "../shared/mod.rs"]
 mod shared;
 
+mod blender_basis;
 mod bodies;
 mod chain;
 mod costs;
@@ -14,9 +15,11 @@ mod folds;
 mod inversion;
 mod lattice;
 mod limit;
+mod mapped;
 mod methods;
 mod patches;
 mod proxy;
+mod rational;
 mod refine;
 mod tensor;
 mod tessellation;
