@@ -11,12 +11,24 @@ pub(crate) fn end_derivatives(basis: &AxisBasis, upper: bool, orders: usize) -> 
 }
 
 fn derivative(basis: &AxisBasis, upper: bool, order: usize) -> Vec<f64> {
-    let (degree, knots) = (basis.degree(), basis.knots());
+    let inner = inner_derivative(basis, upper, order);
+    let Some(rows) = basis.rows() else { return inner };
     let mut row = vec![0.0; basis.count()];
+    for (value, sum) in inner.iter().zip(rows) {
+        sum.iter().for_each(|(point, share)| row[*point] += share * value);
+    }
+    row
+}
+
+/// The same of the spline's own functions.
+fn inner_derivative(basis: &AxisBasis, upper: bool, order: usize) -> Vec<f64> {
+    let (degree, knots) = (basis.degree(), basis.knots());
+    let mut row = vec![0.0; basis.inner_count()];
     if order > degree {
         return row;
     }
-    let (t, cell) = if upper { (1.0, basis.cells() - 1) } else { (0.0, 0) };
+    let cells = basis.domain_cells();
+    let (t, cell) = if upper { (1.0, cells.end - 1) } else { (0.0, cells.start) };
     // Knots k_m and k_m+1 around the cell.
     let m = basis.first_point(cell) + degree;
     let mut values = vec![1.0];

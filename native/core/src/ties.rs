@@ -114,9 +114,14 @@ impl Tie {
     ///
     /// # Errors
     /// [`Error::Lattice`] for faces that do not coincide (with how far apart they are) or lie on the same side, for other bases along
-    /// them, for edges across them that are not parallel where derivatives are to agree, and for more continuity than the degrees
+    /// them, for rational lattices, for edges across them that are not parallel where derivatives are to agree, and for more continuity than the degrees
     /// across have.
     pub fn new(a: &Lattice, face_a: Face, b: &Lattice, face_b: Face, continuity: usize) -> Result<Self> {
+        if [a, b].iter().any(|lattice| lattice.map().weights().is_some()) {
+            return Err(Error::Lattice(
+                "weights: found a rational lattice, expected polynomial ones (equal weights): where weights differ the joint is not linear in the control points".into(),
+            ));
+        }
         let fit = fit(a, face_a, b, face_b)?;
         check_bases(a, face_a, b, face_b, fit)?;
         check_across(a, face_a, b, face_b, continuity)?;
@@ -260,6 +265,7 @@ fn is_alike(one: &AxisBasis, other: &AxisBasis, flipped: bool) -> bool {
     let near = |(a, b): (f64, f64)| (a - b).abs() <= UNEQUAL;
     let (knots, others) = (one.knots().iter().copied(), other.knots().iter().copied());
     (one.count(), one.degree()) == (other.count(), other.degree())
+        && one.rows() == other.rows()
         && match flipped {
             false => knots.zip(others).all(near),
             true => knots.zip(others.rev().map(|knot| 1.0 - knot)).all(near),

@@ -6,6 +6,7 @@ mod axes;
 mod backend;
 mod binding;
 mod bodies;
+mod chain;
 mod device;
 mod elastic;
 mod errors;
@@ -17,6 +18,7 @@ mod preserved;
 mod refine;
 mod subdivision;
 mod surface;
+mod ties;
 mod words;
 
 /// The native half of isochor.
@@ -26,6 +28,8 @@ mod _native {
     use super::binding::Binding;
     #[pymodule_export]
     use super::binding::prepare_in_background;
+    #[pymodule_export]
+    use super::chain::Chain;
     #[pymodule_export]
     use super::device::Device;
     #[pymodule_export]
@@ -54,6 +58,8 @@ mod _native {
     use super::subdivision::tessellate;
     #[pymodule_export]
     use super::surface::Surface;
+    #[pymodule_export]
+    use super::ties::Tie;
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "the name that Python expects")]
     const __version__: &str = env!("CARGO_PKG_VERSION");

@@ -8,6 +8,7 @@ FFD for programmable graphics hardware* (2012).
 
 from ._native import (
     Binding,
+    Chain,
     Device,
     Elastic,
     Folds,
@@ -18,6 +19,7 @@ from ._native import (
     Refined,
     Surface,
     Tessellation,
+    Tie,
     __version__,
     bent_edges,
     devices,
@@ -28,6 +30,7 @@ from .errors import DeviceError, ElasticError, Error, LatticeError, MeshError, P
 
 __all__ = [
     "Binding",
+    "Chain",
     "Device",
     "DeviceError",
     "Elastic",
@@ -44,6 +47,7 @@ __all__ = [
     "Refined",
     "Surface",
     "Tessellation",
+    "Tie",
     "UnknownDeviceError",
     "VolumeError",
     "__version__",
