@@ -10,6 +10,7 @@ use glam::{DMat3, DVec3};
 use crate::basis::AxisBasis;
 use crate::ends::end_derivatives;
 use crate::error::{Error, Result};
+use crate::faces::Face;
 use crate::lattice::Lattice;
 use crate::preserve::{Basis, Taken};
 use crate::words::number;
@@ -19,18 +20,6 @@ const APART: f64 = 1e-5;
 
 /// How far from parallel the edges across the face may be, as the sine of their angle; and knots from each other.
 const UNEQUAL: f64 = 1e-6;
-
-/// Faces of a lattice by name: where the first, second or third parameter is 0 or 1.
-pub const FACES: [&str; 6] = ["s0", "s1", "t0", "t1", "u0", "u1"];
-
-/// A face of a lattice: the axis across it, and whether it is where that parameter is 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Face {
-    /// 0, 1, 2 for s, t, u.
-    pub axis: usize,
-    /// Where the parameter is 1.
-    pub upper: bool,
-}
 
 /// One of the two lattices of a tie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,38 +43,6 @@ pub struct Tie {
     strides: [usize; 2],
     /// First control points of the lines across the face that belong to each other.
     lines: Vec<[usize; 2]>,
-}
-
-impl Face {
-    /// All faces, by [`FACES`].
-    pub fn named(name: &str) -> Option<Self> {
-        let index = FACES.iter().position(|face| *face == name)?;
-        Some(Self { axis: index / 2, upper: index % 2 == 1 })
-    }
-
-    /// The name.
-    pub fn name(self) -> &'static str {
-        FACES[2 * self.axis + usize::from(self.upper)]
-    }
-
-    /// The axes along the face.
-    fn along(self) -> [usize; 2] {
-        [[1, 2], [0, 2], [0, 1]][self.axis]
-    }
-
-    /// The parameters of a place on the face.
-    fn parameter(self, along: [f64; 2]) -> DVec3 {
-        let mut parameter = DVec3::ZERO;
-        parameter[self.axis] = f64::from(u8::from(self.upper));
-        self.along().into_iter().zip(along).for_each(|(axis, t)| parameter[axis] = t);
-        parameter
-    }
-
-    /// The edge across the face, out of the lattice.
-    fn outward(self, lattice: &Lattice) -> DVec3 {
-        let edge = lattice.edges().col(self.axis);
-        if self.upper { edge } else { -edge }
-    }
 }
 
 /// How the axes along one face lie on those along the other.
