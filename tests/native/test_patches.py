@@ -135,7 +135,7 @@ def test_rows_carry_any_values_and_wrong_ones_are_refused():
 
 def test_wrong_patches_are_refused():
     points, indices = urn()
-    for bad, said in ((indices + len(points), len(points)), (indices[:, :1], "shape"), (indices[0], "shape")):
+    for bad, said in ((indices + len(points), len(points) - 1), (indices[:, :1], "shape"), (indices[0], "shape")):
         with refused(MeshError, said):
             isochor.Patches(points, bad)
     patches = isochor.Patches(points, indices)

@@ -17,6 +17,13 @@ use crate::errors::Family;
 /// Any object that numpy turns into an array.
 pub(crate) struct ArrayLike<'py>(Bound<'py, PyAny>);
 
+impl<'py> ArrayLike<'py> {
+    /// The object itself.
+    pub(crate) fn object(&self) -> &Bound<'py, PyAny> {
+        &self.0
+    }
+}
+
 impl<'py> FromPyObject<'_, 'py> for ArrayLike<'py> {
     type Error = Infallible;
     const INPUT_TYPE: PyStaticExpr = type_hint_identifier!("numpy.typing", "ArrayLike");
@@ -229,6 +236,13 @@ impl Argument {
         let values = self.floats(object, Numbers::Floats, &[None, nu, nv, nw, Some(3)])?;
         let points: Vec<DVec3> = values.as_chunks().0.iter().map(|&p| DVec3::from_array(p)).collect();
         Ok((Some(points.len() / shape.iter().product::<usize>()), points))
+    }
+
+    /// One non-negative integer, or what a signature has where the caller gives nothing.
+    pub(crate) fn count(self, object: Option<&ArrayLike<'_>>, default: usize) -> PyResult<usize> {
+        let Some(object) = object else { return Ok(default) };
+        let value = converted::<i64>(&self.array(object, Numbers::Integers, &[])?, "int64")?[0];
+        usize::try_from(value).map_err(|_| self.error(format!("found {value}, expected no negative number")))
     }
 
     /// One or three non-negative integers, the one repeated.

@@ -98,11 +98,54 @@ impl Binding {
             VertexRows::Single(rows) => Core::with(lattice, rows, triangles, options).map(Precise::Single),
             VertexRows::Double(rows) => Core::with(lattice, rows, triangles, options).map(Precise::Double),
         });
-        let bound = bound.map_err(to_python)?;
+        Self::of(py, bound.map_err(to_python)?, device)
+    }
+
+    /// A bound mesh.
+    pub(crate) fn of(py: Python<'_>, bound: Precise, device: DeviceWord) -> PyResult<Self> {
         let vertex_count = either!(&bound, core => core.vertices().len());
         let (backend, warning) = py.detach(|| Backend::new(device));
         warn(py, warning)?;
         Ok(Self { shared: Arc::new(RwLock::new(bound)), backend, vertex_count })
+    }
+
+    /// Changes what is bound; `f` tells whether it did. Without the interpreter.
+    pub(crate) fn written(
+        &self,
+        f: impl FnOnce(&mut Precise) -> isochor_core::Result<bool>,
+    ) -> isochor_core::Result<()> {
+        let mut precise = self.shared.write().unwrap_or_else(PoisonError::into_inner);
+        if f(&mut precise)? {
+            self.backend.reset();
+        }
+        Ok(())
+    }
+
+    /// Reads what is bound. Without the interpreter.
+    pub(crate) fn reading<R>(&self, f: impl FnOnce(&Precise) -> R) -> R {
+        f(&self.shared.read().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Vertices that control points give.
+    pub(crate) fn deformed<'py>(
+        &self,
+        py: Python<'py>,
+        control: &ArrayLike<'py>,
+    ) -> PyResult<NdArray<'py, OfVertices>> {
+        let control = Argument::lattice("control").control(control, self.shape(py))?;
+        let (array, warning) = self.with_output(
+            py,
+            |core, out| self.backend.deform(core, &control, out),
+            |core, out| self.backend.deform(core, &control, out),
+        )?;
+        warn(py, warning)?;
+        Ok(NdArray::of(array))
+    }
+
+    /// Volume of these.
+    pub(crate) fn volume_of(&self, py: Python<'_>, control: &ArrayLike<'_>) -> PyResult<f64> {
+        let control = Argument::lattice("control").control(control, self.shape(py))?;
+        self.read(py, |precise| either!(precise, core => core.volume(&control))).map_err(to_python)
     }
 
     /// Leaves the interpreter and reads the binding.
@@ -190,22 +233,14 @@ impl Binding {
     /// Deforms: vertices (V, 3), in the type of those bound, that control points (nu, nv, nw, 3) give: equation (1) of the
     /// volume paper. Raises LatticeError.
     fn deform<'py>(&self, py: Python<'py>, control: ArrayLike<'py>) -> PyResult<NdArray<'py, OfVertices>> {
-        let control = Argument::lattice("control").control(&control, self.shape(py))?;
-        let (array, warning) = self.with_output(
-            py,
-            |core, out| self.backend.deform(core, &control, out),
-            |core, out| self.backend.deform(core, &control, out),
-        )?;
-        warn(py, warning)?;
-        Ok(NdArray::of(array))
+        self.deformed(py, &control)
     }
 
     /// Signed volume of the vertices that `deform` gives for control points (nu, nv, nw, 3), summed in float64, of all bodies
     /// together, caps included; positive where the triangles wind counter-clockwise seen from outside. Equation (5). Raises MeshError
     /// where the triangles enclose no volume.
     fn volume(&self, py: Python<'_>, control: ArrayLike<'_>) -> PyResult<f64> {
-        let control = Argument::lattice("control").control(&control, self.shape(py))?;
-        self.read(py, |precise| either!(precise, core => core.volume(&control))).map_err(to_python)
+        self.volume_of(py, &control)
     }
 
     /// The same of each body, float64 (bodies,).
@@ -430,7 +465,7 @@ fn rows<T: Copy>(flat: Vec<T>) -> Vec<[T; 3]> {
     flat.as_chunks().0.to_vec()
 }
 
-fn changed_precision() -> isochor_core::Error {
+pub(crate) fn changed_precision() -> isochor_core::Error {
     isochor_core::Error::Mesh(
         "vertices: found another float type than was bound, expected the same; convert them".into(),
     )
@@ -458,7 +493,7 @@ pub(crate) fn influences(object: &ArrayLike<'_>) -> PyResult<Vec<f64>> {
 }
 
 /// Control points at rest.
-fn rest_of(object: &ArrayLike<'_>, shape: [usize; 3]) -> PyResult<Vec<isochor_core::DVec3>> {
+pub(crate) fn rest_of(object: &ArrayLike<'_>, shape: [usize; 3]) -> PyResult<Vec<isochor_core::DVec3>> {
     Argument::lattice("rest").control(object, shape)
 }
 

@@ -7,6 +7,7 @@ mod backend;
 mod binding;
 mod binding_2d;
 mod bodies;
+mod chain;
 mod device;
 mod elastic;
 mod errors;
@@ -21,6 +22,7 @@ mod preserved;
 mod refine;
 mod subdivision;
 mod surface;
+mod ties;
 mod words;
 
 /// The native half of isochor.
@@ -34,6 +36,8 @@ mod _native {
     use super::binding_2d::Binding2D;
     #[pymodule_export]
     use super::binding_2d::Preserved2D;
+    #[pymodule_export]
+    use super::chain::Chain;
     #[pymodule_export]
     use super::device::Device;
     #[pymodule_export]
@@ -66,6 +70,8 @@ mod _native {
     use super::subdivision::tessellate;
     #[pymodule_export]
     use super::surface::Surface;
+    #[pymodule_export]
+    use super::ties::Tie;
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "the name that Python expects")]
     const __version__: &str = env!("CARGO_PKG_VERSION");

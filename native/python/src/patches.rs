@@ -109,7 +109,8 @@ impl Patches {
     ///
     /// To deform the model, bind its points with triangles and surface of the result:
     /// `lattice.bind(patches.points, mesh.triangles, surface=mesh.surface)`. Raises MeshError.
-    fn tessellate(&self, py: Python<'_>, level: usize) -> PyResult<Tessellation> {
+    fn tessellate(&self, py: Python<'_>, level: ArrayLike<'_>) -> PyResult<Tessellation> {
+        let level = Argument::mesh("level").count(Some(&level), 0)?;
         let core = py.detach(|| self.core.tessellate(level)).map_err(to_python)?;
         let surface = Py::new(py, Surface { core: core.surface.clone() })?;
         Ok(Tessellation { core, surface })

@@ -56,7 +56,7 @@ impl Deforming {
 /// quarter, a half and three quarters of every edge, and in the middle of every face.
 ///
 /// vertices (V, 3), triangles (F, 3), before the deformation; control (nu, nv, nw, 3); tolerance: a distance after it. levels: how often
-/// an edge is halved at most, up to 12. outside, influence (V,) and rest (nu, nv, nw, 3): as in `Lattice.bind`; influence runs from end
+/// an edge is halved at most, 0 to 12; 6 if not given. outside, influence (V,) and rest (nu, nv, nw, 3): as in `Lattice.bind`; influence runs from end
 /// to end of an edge. With float32 vertices no tolerance below a millionth of the lattice's size is reached.
 ///
 /// There are no cracks: whether an edge is split does not depend on the face that one looks at. In a face with a split edge the longest is
@@ -64,7 +64,7 @@ impl Deforming {
 ///
 /// Raises MeshError and LatticeError.
 #[pyfunction]
-#[pyo3(signature = (lattice, vertices, triangles, control, tolerance, levels=LEVELS, *, outside=OutsideWord(Outside::Keep), influence=None, rest=None))]
+#[pyo3(signature = (lattice, vertices, triangles, control, tolerance, levels=None, *, outside=OutsideWord(Outside::Keep), influence=None, rest=None))]
 #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
 pub(crate) fn tessellate(
     py: Python<'_>,
@@ -73,11 +73,12 @@ pub(crate) fn tessellate(
     triangles: ArrayLike<'_>,
     control: ArrayLike<'_>,
     tolerance: NumberLike<'_>,
-    levels: usize,
+    levels: Option<ArrayLike<'_>>,
     outside: OutsideWord,
     influence: Option<ArrayLike<'_>>,
     rest: Option<ArrayLike<'_>>,
 ) -> PyResult<Refined> {
+    let levels = Argument::mesh("levels").count(levels.as_ref(), LEVELS)?;
     let vertices = VertexRows::extract(&vertices)?;
     let triangles = indices(&triangles)?;
     let deforming = Deforming::new(lattice, &control, &tolerance, outside, influence, rest)?;

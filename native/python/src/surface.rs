@@ -56,12 +56,13 @@ impl Surface {
         offsets: ArrayLike<'_>,
         columns: ArrayLike<'_>,
         weights: ArrayLike<'_>,
-        point_count: Option<usize>,
+        point_count: Option<ArrayLike<'_>>,
     ) -> PyResult<Self> {
         let offsets = counted("offsets", &offsets)?;
         let columns = counted("columns", &columns)?;
         let weights = Argument::mesh("weights").floats(&weights, Numbers::FloatsOrIntegers, &[None])?;
-        let count = point_count.unwrap_or_else(|| columns.iter().max().map_or(0, |&largest| largest + 1));
+        let used = columns.iter().max().map_or(0, |&largest| largest + 1);
+        let count = Argument::mesh("point_count").count(point_count.as_ref(), used)?;
         // What does not fit is out of range too.
         let columns = columns.into_iter().map(|column| u32::try_from(column).unwrap_or(u32::MAX)).collect();
         let core = Core::new(count, offsets, columns, weights).map_err(to_python)?;

@@ -34,6 +34,7 @@ use crate::error::Result;
 use crate::vertices::Scalar;
 
 use crate::tensor::OnTensor;
+pub(crate) use constraints::{Basis, Taken};
 use correction::Correction;
 pub use costs::Cost;
 pub(crate) use costs::Costs;

@@ -8,6 +8,7 @@ mod shared;
 
 mod blender_basis;
 mod bodies;
+mod chain;
 mod costs;
 mod elastic;
 mod folds;
@@ -25,5 +26,6 @@ mod rational;
 mod refine;
 mod tensor;
 mod tessellation;
+mod ties;
 mod volume;
 mod weights;

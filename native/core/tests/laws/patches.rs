@@ -6,8 +6,8 @@ use std::collections::HashSet;
 use crate::shared::patch_model::urn;
 use crate::shared::{noise, slanted, volume};
 use isochor_core::{
-    AxisBasis, Bind, Binding, Bodies, ClosedSurface, DVec3, Error, Lattice, Method, Patches, PinPoint, Pins,
-    Preserve, Surface, Tessellation,
+    AxisBasis, Bind, Binding, Bodies, ClosedSurface, DVec3, Error, Interpolation, Lattice, Method, Patches,
+    PinPoint, Pins, Preserve, Surface, Tessellation,
 };
 
 /// De Casteljau's scheme.
@@ -132,7 +132,15 @@ fn what_has_one_side_only_is_refused() {
 fn lattices() -> Vec<Lattice> {
     let cubic = |n| AxisBasis::uniform(n, 3).unwrap();
     let bernstein = |n| AxisBasis::bernstein(n).unwrap();
-    vec![slanted([bernstein(4), bernstein(4), bernstein(4)]), slanted([cubic(6), cubic(5), bernstein(3)])]
+    let blender = |n| AxisBasis::blender(n, Interpolation::BSpline).unwrap();
+    let mut random = noise(21);
+    let weights = (0..64).map(|_| 1.5 + random()).collect();
+    vec![
+        slanted([bernstein(4), bernstein(4), bernstein(4)]),
+        slanted([cubic(6), cubic(5), bernstein(3)]),
+        slanted([bernstein(4), bernstein(4), bernstein(4)]).with_weights(weights).unwrap(),
+        slanted([blender(4), blender(3), bernstein(4)]),
+    ]
 }
 
 fn squashed(lattice: &Lattice) -> Vec<DVec3> {

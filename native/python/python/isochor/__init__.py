@@ -9,6 +9,7 @@ FFD for programmable graphics hardware* (2012).
 from ._native import (
     Binding,
     Binding2D,
+    Chain,
     Device,
     Elastic,
     Folds,
@@ -21,6 +22,7 @@ from ._native import (
     Refined,
     Surface,
     Tessellation,
+    Tie,
     __version__,
     bent_edges,
     devices,
@@ -33,6 +35,7 @@ from .errors import DeviceError, ElasticError, Error, LatticeError, MeshError, P
 __all__ = [
     "Binding",
     "Binding2D",
+    "Chain",
     "Device",
     "DeviceError",
     "Elastic",
@@ -51,6 +54,7 @@ __all__ = [
     "Refined",
     "Surface",
     "Tessellation",
+    "Tie",
     "UnknownDeviceError",
     "VolumeError",
     "__version__",
