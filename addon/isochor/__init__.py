@@ -12,6 +12,7 @@ from .ui import (
     bend_empty,
     binding,
     binding_panel,
+    converting,
     fitting,
     measuring,
     menus,
@@ -31,7 +32,8 @@ from .ui import (
 )
 
 DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
-OPERATORS = (adding, fitting, binding, mirroring, pinning, *DRIVING, simulating, measuring, baking, applying, removing)
+SHAPING = (adding, converting, fitting, binding, mirroring, pinning)
+OPERATORS = (*SHAPING, *DRIVING, simulating, measuring, baking, applying, removing)
 PANELS = (sidebar, binding_panel, pin_panel, animate_panel, physics, bake_panel, overlay, volume_curve)
 PARTS = (languages, preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
 

@@ -54,7 +54,7 @@ def add(scene: Scene, _folder: Path) -> str:
     if mesh is None or len(mesh.modifiers) >= MODIFIERS_AT_MOST:
         return NOTHING
     scenes.choose(mesh)
-    side, basis = scene.random.choice((2, 3, 4, 5)), scene.random.choice(("BERNSTEIN", "BSPLINE"))
+    side, basis = scene.random.choice((2, 3, 4, 5)), scene.random.choice(("BERNSTEIN", "BSPLINE", "BLENDER"))
     answer = attempt(
         bpy.ops.isochor.add,
         resolution=(side, scene.random.choice((2, 4)), side),
@@ -63,6 +63,20 @@ def add(scene: Scene, _folder: Path) -> str:
         margin=scene.random.choice((0.0, 0.05, 0.5)),
     )
     return f"add {mesh.name} {basis} {side} {answer}"
+
+
+def convert(scene: Scene, _folder: Path) -> str:
+    mesh, lattice = scene.some_mesh(), scene.some_lattice()
+    if mesh is None or lattice is None or len(mesh.modifiers) >= MODIFIERS_AT_MOST:
+        return NOTHING
+    modifier = mesh.modifiers.new("Lattice", "LATTICE")
+    modifier.object = scene.random.choice((lattice, lattice, None))
+    modifier.strength = scene.random.choice((1.0, 0.5, 1.5))
+    scenes.choose(mesh)
+    answer = attempt(bpy.ops.isochor.convert, preserve=scene.random.random() < 0.5)
+    for left in [other for other in mesh.modifiers if other.type == "LATTICE"]:
+        mesh.modifiers.remove(left)
+    return f"convert {mesh.name} {answer}"
 
 
 def remove(scene: Scene, _folder: Path) -> str:
@@ -206,6 +220,7 @@ def assign_group(scene: Scene, _folder: Path) -> str:
 
 ACTIONS = {
     add: 9,
+    convert: 3,
     remove: 3,
     set_input: 14,
     assign_group: 2,

@@ -185,22 +185,30 @@ def empty_region(name: str) -> str:
     )
 
 
-def no_stiffness_group(name: str, lattice: str) -> str:
-    """The Stiffness input names a group that the lattice lacks."""
+def no_lattice_group(name: str, lattice: str, use: str) -> str:
+    """An input, ``use``, names a group that the lattice lacks."""
     return Sentence(
-        "The lattice “{lattice}” has no vertex group “{name}”: correct the name in the modifier's Stiffness input, or"
+        "The lattice “{lattice}” has no vertex group “{name}”: correct the name in the modifier's input {input}, or"
         " clear it.",
         name=name,
         lattice=lattice,
+        input=use,
     )
 
 
-def stiffness_in_edit_mode(lattice: str) -> str:
-    """Blender does not tell the groups of points of a lattice in Edit Mode."""
+def group_in_edit_mode(lattice: str, use: str) -> str:
+    """Blender does not tell the groups of points of a lattice in Edit Mode; ``use`` is what names the group."""
     return Sentence(
-        "The Stiffness of “{lattice}” is read again when you leave its Edit Mode; until then all points are free.",
+        "The {input} of “{lattice}” is read again when you leave its Edit Mode; until then all points are alike.",
         lattice=lattice,
+        input=use,
     )
+
+
+JOINT_EXTENDS = (
+    "Joint says how the moved part joins vertices that stay outside, but Outside is Extend: set it to Keep, or Joint to"
+    " Free."
+)
 
 
 def flat_frame(name: str) -> str:

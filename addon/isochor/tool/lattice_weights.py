@@ -27,9 +27,26 @@ def of_group(lattice: bpy.types.Object, name: str) -> Weights | None:
     return grid.in_order(weights, (data.points_u, data.points_v, data.points_w))
 
 
+def copy_own_group(source: bpy.types.Object, target: bpy.types.Object) -> None:
+    """Gives a lattice object with as many points the vertex group that another one's data names, if any. Neither may be
+    in Edit Mode."""
+    name = source.data.vertex_group
+    weights = of_group(source, name) if name and not source.data.is_editmode else None
+    if weights is None:
+        return
+    group = target.vertex_groups.new(name=name)
+    flat = weights.transpose(2, 1, 0).reshape(-1)
+    for weight in np.unique(flat[flat > 0.0]):
+        group.add(np.flatnonzero(flat == weight).tolist(), float(weight), "REPLACE")
+    target.data.vertex_group = group.name
+
+
 @dataclass
-class StiffnessCache:
-    """The weights read last, which are read again only after an edit of the lattice."""
+class GroupCache:
+    """The weights read last, which are read again only after an edit of the lattice. ``use``: the input that names the
+    group, as the animator knows it."""
+
+    use: str
 
     stamp: tuple[int, int, str] | None = None
     weights: Weights | None = field(default=None, repr=False)
@@ -40,11 +57,11 @@ class StiffnessCache:
         uid = lattice.data.original.session_uid
         if lattice.data.is_editmode:
             if self.weights is None or self.stamp is None or (uid, name) != (self.stamp[0], self.stamp[2]):
-                raise problem.Problem(problem.stiffness_in_edit_mode(lattice.name))
+                raise problem.Problem(problem.group_in_edit_mode(lattice.name, self.use))
             return self.weights
         stamp = (uid, edits, name)
         if stamp != self.stamp or self.weights is None:
             self.weights, self.stamp = of_group(lattice, name), stamp
         if self.weights is None:
-            raise problem.Problem(problem.no_stiffness_group(name, lattice.name))
+            raise problem.Problem(problem.no_lattice_group(name, lattice.name, self.use))
         return self.weights

@@ -8,6 +8,7 @@ from .applying import ISOCHOR_OT_apply
 from .baking import ISOCHOR_OT_bake, ISOCHOR_OT_free_bake
 from .bend_empty import ISOCHOR_OT_bend_from_empty
 from .binding import ISOCHOR_OT_clear_rest, ISOCHOR_OT_set_rest
+from .converting import ISOCHOR_OT_convert
 from .fitting import ISOCHOR_OT_fit_lattice
 from .measuring import ISOCHOR_OT_measure_volume
 from .mirroring import ISOCHOR_OT_mirror_lattice
@@ -20,6 +21,7 @@ from .twist_bone import ISOCHOR_OT_twist_from_bone
 
 LATTICE = (
     (ISOCHOR_OT_add, "MOD_LATTICE"),
+    (ISOCHOR_OT_convert, "FILE_REFRESH"),
     (ISOCHOR_OT_fit_lattice, "FULLSCREEN_EXIT"),
     (ISOCHOR_OT_mirror_lattice, "MOD_MIRROR"),
     (ISOCHOR_OT_set_rest, "LINKED"),
