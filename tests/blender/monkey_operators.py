@@ -96,7 +96,12 @@ def fit_again(scene: Scene, _folder: Path) -> str:
 
 
 def refine(scene: Scene, _folder: Path) -> str:
-    return on_users(scene, bpy.ops.isochor.fit_lattice, resolution=(scene.random.choice((3, 5, 6)), 0, 0))
+    few = [lattice for lattice in scene.lattices() if len(lattice.data.points) <= 216]
+    if len(few) < len(scene.lattices()):
+        return NOTHING
+    count = scene.random.choice((0, 3, 5, 6))
+    operator = scene.random.choice((bpy.ops.isochor.fit_lattice, bpy.ops.isochor.refine))
+    return on_users(scene, operator, resolution=(count, 0, 0))
 
 
 def mirror(scene: Scene, _folder: Path) -> str:
@@ -227,7 +232,7 @@ ACTIONS = {
     set_rest: 3,
     clear_rest: 1,
     fit_again: 2,
-    refine: 1,
+    refine: 2,
     mirror: 2,
     measure: 1,
     picture_of_curve: 1,

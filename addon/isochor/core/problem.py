@@ -376,29 +376,6 @@ def resolution_in_edit_mode(name: str) -> str:
     return Sentence("“{name}” is in Edit Mode: leave that to change its resolution.", name=name)
 
 
-def resolution_with_shape_keys(name: str) -> str:
-    """Blender does not change the number of points of a lattice that has shape keys."""
-    return Sentence("“{name}” has shape keys, so its resolution cannot change: leave Resolution at 0.", name=name)
-
-
-def resolution_of_splines(name: str) -> str:
-    """Only a Bernstein lattice has the same deformation with more points."""
-    return Sentence(
-        "“{name}” deforms with B-Splines, which would deform otherwise with more points: leave Resolution at 0.",
-        name=name,
-    )
-
-
-def resolution_lower(name: str, shape: tuple[int, int, int]) -> str:
-    """Fewer points cannot hold the deformation."""
-    return Sentence(
-        "“{name}” has {shape} points, and fewer would lose some of its deformation: raise Resolution, or leave it at"
-        " 0.",
-        name=name,
-        shape=" × ".join(map(str, shape)),
-    )
-
-
 def nothing_carried(lattice: str, names: str) -> str:
     """The lattice shapes no mesh whose frame could be computed."""
     return Sentence(

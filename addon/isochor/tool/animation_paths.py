@@ -35,10 +35,14 @@ def rename(owner: bpy.types.ID, paths: dict[str, str]) -> None:
     animation = owner.animation_data
     for curve in [] if animation is None else [*animation.drivers, *_own_curves(animation)]:
         curve.data_path = paths.get(curve.data_path, curve.data_path)
-    for driver in _every_driver():
-        for target in (target for variable in driver.variables for target in variable.targets):
-            if target.id == owner and target.data_path in paths:
-                target.data_path = paths[target.data_path]
+    for target in _every_target():
+        if target.id == owner and target.data_path in paths:
+            target.data_path = paths[target.data_path]
+
+
+def targets_of(read: bpy.types.ID) -> list[bpy.types.DriverTarget]:
+    """Of the drivers of other data that read something of ``read``."""
+    return [target for target in _every_target(but=read) if target.id == read]
 
 
 def curves_at(owner: bpy.types.ID, path: str) -> list[bpy.types.FCurve]:
@@ -70,12 +74,13 @@ def _curves_of(action: bpy.types.Action, slot: bpy.types.ActionSlot) -> list[bpy
     return [curve for bag in bags if bag is not None for curve in bag.fcurves]
 
 
-def _every_driver() -> Iterator[bpy.types.Driver]:
-    """Of all data in the file, node trees inside other data too."""
+def _every_target(but: bpy.types.ID | None = None) -> Iterator[bpy.types.DriverTarget]:
+    """What drivers read: those of all data in the file, node trees inside other data too, ``but`` one."""
     for found in bpy.data.user_map():
         for block in (found, getattr(found, "node_tree", None)):
-            animation = None if block is None else getattr(block, "animation_data", None)
-            yield from [] if animation is None else [curve.driver for curve in animation.drivers]
+            animation = None if block is None or block == but else getattr(block, "animation_data", None)
+            for curve in [] if animation is None else animation.drivers:
+                yield from (target for variable in curve.driver.variables for target in variable.targets)
 
 
 def _played(animation: bpy.types.AnimData) -> list[tuple[bpy.types.Action, bpy.types.ActionSlot]]:

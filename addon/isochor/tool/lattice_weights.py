@@ -15,16 +15,20 @@ Weights = NDArray[np.float64]
 def of_group(lattice: bpy.types.Object, name: str) -> Weights | None:
     """(nu, nv, nw) in [0, 1], 0 for points outside the group; None where there is no group of that name. Not in the
     lattice's Edit Mode, in which Blender reads the groups of points from the wrong place and crashes."""
-    group = lattice.vertex_groups.get(name)
+    group, data = lattice.vertex_groups.get(name), lattice.data
     if group is None:
         return None
-    data = lattice.data
-    weights = np.zeros(len(data.points))
-    for number, point in enumerate(data.points):
+    return grid.in_order(flat(lattice, group), (data.points_u, data.points_v, data.points_w))
+
+
+def flat(lattice: bpy.types.Object, group: bpy.types.VertexGroup) -> Weights:
+    """The same of one of its groups, (N,), u fastest."""
+    weights = np.zeros(len(lattice.data.points))
+    for number, point in enumerate(lattice.data.points):
         for entry in point.groups:
             if entry.group == group.index:
                 weights[number] = entry.weight
-    return grid.in_order(weights, (data.points_u, data.points_v, data.points_w))
+    return weights
 
 
 def copy_own_group(source: bpy.types.Object, target: bpy.types.Object) -> None:
@@ -35,10 +39,14 @@ def copy_own_group(source: bpy.types.Object, target: bpy.types.Object) -> None:
     if weights is None:
         return
     group = target.vertex_groups.new(name=name)
-    flat = weights.transpose(2, 1, 0).reshape(-1)
-    for weight in np.unique(flat[flat > 0.0]):
-        group.add(np.flatnonzero(flat == weight).tolist(), float(weight), "REPLACE")
+    assign(group, weights.transpose(2, 1, 0).reshape(-1))
     target.data.vertex_group = group.name
+
+
+def assign(group: bpy.types.VertexGroup, weights: Weights) -> None:
+    """Puts the points of weights (N,), u fastest, into a group that has none; those of 0 stay outside."""
+    for weight in np.unique(weights[weights > 0.0]):
+        group.add(np.flatnonzero(weights == weight).tolist(), float(weight), "REPLACE")
 
 
 @dataclass
