@@ -5,7 +5,7 @@ import bpy
 
 from ..core import grid, problem
 from ..core.bound import BoundShape
-from . import baked, bound, evaluated, rest, results, sockets, state
+from . import baked, bound, evaluated, own_points, rest, results, sockets, state
 
 Pair = tuple[bpy.types.Object, bpy.types.NodesModifier]
 
@@ -38,7 +38,7 @@ def bind(pairs: list[Pair], shapes: list[BoundShape], view_layer: bpy.types.View
     results.ensure_own()
     for (obj, modifier), shape in zip(pairs, shapes, strict=True):
         for result in _both(modifier):
-            bound.keep(result, shape, len(obj.data.vertices))
+            bound.keep(result, shape, own_points.count(obj))
             results.forget_rest(result)
         obj.update_tag(refresh={"DATA"})
     view_layer.update()

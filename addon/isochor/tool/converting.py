@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..core import problem
 from ..core.words import Sentence, named, together
-from . import adding, animation_paths, drivers, removing, rest, results, sockets, stack, state
+from . import adding, animation_paths, drivers, own_points, removing, rest, results, sockets, stack, state
 
 Pair = tuple[bpy.types.Object, bpy.types.LatticeModifier]
 
@@ -219,4 +219,4 @@ def _reported(change: Change) -> tuple[str, ...]:
 
 def _shown(obj: bpy.types.Object, context: bpy.types.Context) -> NDArray[np.float64]:
     """(V, 3) vertices that the viewport shows."""
-    return adding.own_positions(obj.evaluated_get(context.evaluated_depsgraph_get()).data)
+    return own_points.shown(obj.evaluated_get(context.evaluated_depsgraph_get()))
