@@ -58,7 +58,7 @@ class ISOCHOR_OT_fit_lattice(bpy.types.Operator):
                     raise problem.Problem(problem.NO_LATTICE)
                 users = lattices.users_of(lattice)
                 refit.refuse(lattice, users)
-                if any(self.resolution):
+                if self._shape(lattice) != control.shape(lattice):
                     finer[lattice.data.name] = refining.plan(lattice, self._shape(lattice))
                 places.append((lattice, users, self._matrix(lattice, users, context)))
             refit.move([(lattice, matrix) for lattice, _, matrix in places], context)
