@@ -8,7 +8,7 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ..core.words import named
-from . import node_group, own_points, rest, results, sockets, state
+from . import handing, node_group, own_points, rest, results, sockets, state
 
 MADE_BY_ADD = "isochor_made"
 """Custom property of a lattice object that isochor.add made, so that isochor.remove may take it away."""
@@ -81,10 +81,17 @@ def lock_interface(scene: bpy.types.Scene) -> bool:
 
 
 def add_modifiers(
-    objects: list[bpy.types.Object], lattice: bpy.types.Object, basis: str, context: bpy.types.Context
+    objects: list[bpy.types.Object],
+    lattice: bpy.types.Object,
+    basis: str,
+    context: bpy.types.Context,
+    only_last: bool = False,
 ) -> list[str]:
-    """Gives each object the modifier, computes it once and keeps its rest volume; returns problems in plain words."""
+    """Gives each object the modifier, which with ``only_last`` corrects in place of one right before it, computes it
+    once and keeps its rest volume; returns problems in plain words."""
     added = [(obj, new_modifier(obj, lattice, basis)) for obj in objects]
+    for obj, modifier in added if only_last else []:
+        handing.to_last(obj, modifier)
     results.ensure_own()
     context.view_layer.update()
     for obj, modifier in added:

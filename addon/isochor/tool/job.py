@@ -16,6 +16,7 @@ from ..core.solver import Outcome, Solver
 from . import evaluated, pins, sockets
 from .blending import BlendingCache
 from .bound import BoundCache
+from .chain import Chain
 from .divided import Divided
 from .drawn import Cuts
 from .entered import Entered
@@ -69,6 +70,8 @@ class Job:
     depsgraph: bpy.types.Depsgraph
     edits: Counter[int]
     entered: Entered
+    before: Chain | None = None
+    """The Volume Lattices right before this one, computed just now."""
 
     @property
     def mesh_edits(self) -> int:

@@ -53,6 +53,13 @@ class ISOCHOR_OT_add(bpy.types.Operator):
         description="Make the lattice a child of the active object, so that it moves along with it",
     )
 
+    only_last: bpy.props.BoolProperty(
+        name="Only the Last Corrects",
+        description="Where the mesh has a Volume Lattice already: the new one, behind it, takes over how the volume is"
+        " kept, for both of them, and the one before it only deforms",
+        default=True,
+    )
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if chosen_objects(context):
@@ -81,7 +88,7 @@ class ISOCHOR_OT_add(bpy.types.Operator):
             adding.make_child(lattice, objects[0])
         if adding.lock_interface(context.scene):
             self.report({"INFO"}, "Lock Interface is now on in the Render menu: renders need it")
-        problems = adding.add_modifiers(objects, lattice, self.basis, context)
+        problems = adding.add_modifiers(objects, lattice, self.basis, context, self.only_last)
         for text in problems:
             self.report({"WARNING"}, words.reported(text))
         return {"FINISHED"}
