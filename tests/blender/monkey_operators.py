@@ -137,6 +137,7 @@ def apply(scene: Scene, _folder: Path) -> str:
         as_shape_key=as_key,
         keep_modifier=as_key and scene.random.random() < 0.5,
         single_user=scene.random.random() < 0.5,
+        tolerance=scene.random.choice((0.0, 0.0, 0.1)),
     )
 
 
