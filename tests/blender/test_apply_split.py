@@ -92,7 +92,9 @@ def test_materials_uvs_colours_groups_and_seams_survive():
     for polygon in mesh.polygons:
         polygon.material_index, polygon.use_smooth = int(polygon.index < 2), polygon.index > 1
     # Mapped by height, so that wherever a corner comes to lie, its coordinates say.
-    uv, height = mesh.uv_layers.new(name="Map"), mesh.color_attributes.new("Colour", "FLOAT_COLOR", "CORNER")
+    mesh.uv_layers.new(name="Map")
+    mesh.color_attributes.new("Colour", "FLOAT_COLOR", "CORNER")
+    uv, height = mesh.uv_layers["Map"], mesh.color_attributes["Colour"]
     for loop in mesh.loops:
         x, y, z = mesh.vertices[loop.vertex_index].co
         uv.data[loop.index].uv = ((z + 3) / 6, x + y)
