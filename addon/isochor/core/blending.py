@@ -20,8 +20,11 @@ NATIVE_INTERPOLATION: dict[str, Literal["linear", "cardinal", "catmull-rom", "bs
     "KEY_BSPLINE": "bspline",
 }
 """Blender's interpolation types as the native library names them."""
-LIGHTEST = 1e-3
-"""Least weight of a control point: with none at all, nothing would be left where it alone acts."""
+LIGHTEST, MOST = 1e-3, 1e6
+"""Least weight of a control point, since with none at all nothing would be left where it alone acts; and the largest,
+which the native library takes."""
+OVERSHOOTING = ("KEY_CARDINAL", "KEY_CATMULL_ROM")
+"""Types with negative shares, which weights cannot divide by."""
 
 
 @dataclass(frozen=True)
@@ -39,5 +42,5 @@ def pulls(group: NDArray[np.floating[Any]], heaviest: float) -> Array | None:
     None where all are alike, which is the same as none. Raises Problem where ``heaviest`` is no number."""
     if not isfinite(heaviest):
         raise problem.Problem(problem.not_finite(["Heaviest"]))
-    found: Array = 1.0 + group.astype(np.float64) * (max(heaviest, LIGHTEST) - 1.0)
+    found: Array = 1.0 + group.astype(np.float64) * (min(max(heaviest, LIGHTEST), MOST) - 1.0)
     return None if np.all(found == found.flat[0]) else found

@@ -227,6 +227,9 @@ def group_in_edit_mode(lattice: str, use: str) -> str:
     )
 
 
+WEIGHTS_OVERSHOOT = (
+    "Weights do not go with Cardinal or Catmull-Rom: choose Linear or B-Spline in the lattice's data, or clear Weights."
+)
 JOINT_EXTENDS = (
     "Joint says how the moved part joins vertices that stay outside, but Outside is Extend: set it to Keep, or Joint to"
     " Free."

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..core import lattice_group, problem
 from ..core.arrays import same_array
-from ..core.blending import Blending, pulls
+from ..core.blending import OVERSHOOTING, Blending, pulls
 from ..core.bound import Embedding
 from ..core.grid import Grid
 from ..core.settings import Settings
@@ -57,6 +57,9 @@ def read(cache: BlendingCache, settings: Settings, lattice: bpy.types.Object, ed
             weights = pulls(cache.weights.of(lattice, settings.weights, edits), settings.heaviest)
         except problem.Problem as trouble:
             problems.append(trouble.sentence)
+    if weights is not None and set(interpolation or ()) & set(OVERSHOOTING):
+        problems.append(problem.WEIGHTS_OVERSHOOT)
+        weights = None
     return Blending(settings.basis, interpolation, weights), problems
 
 
