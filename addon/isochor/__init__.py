@@ -27,11 +27,13 @@ from .ui import (
     squash_ground,
     squash_speed,
     twist_bone,
+    tying,
     volume_curve,
 )
 
 DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
-OPERATORS = (adding, fitting, binding, mirroring, pinning, *DRIVING, simulating, measuring, baking, applying, removing)
+LATTICE = (adding, fitting, binding, mirroring, tying)
+OPERATORS = (*LATTICE, pinning, *DRIVING, simulating, measuring, baking, applying, removing)
 PANELS = (sidebar, binding_panel, pin_panel, animate_panel, physics, bake_panel, overlay, volume_curve)
 PARTS = (languages, preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
 

@@ -20,6 +20,7 @@ from .chain import Chain
 from .divided import Divided
 from .drawn import Cuts
 from .lattice_weights import StiffnessCache
+from .side_by_side import Neighbours
 
 Key = tuple[int, int, str]
 """Session identifier of the object, identifier of the modifier in it, depsgraph mode."""
@@ -50,6 +51,7 @@ class Memory:
     stiffness: StiffnessCache = field(default_factory=StiffnessCache)
     divided: Divided = field(default_factory=Divided)
     pinned: pins.Corners = field(default_factory=pins.Corners)
+    neighbours: Neighbours = field(default_factory=Neighbours)
 
     @property
     def transform_before(self) -> NDArray[np.float64] | None:

@@ -26,6 +26,7 @@ from . import (
     results,
     sockets,
     stack,
+    ties,
 )
 from .job import Job, Key, Memory
 
@@ -133,20 +134,26 @@ def _request(
     points = evaluated.lattice_points(lattice, memory.lattice_boxes.get(lattice.session_uid, evaluated.UNIT_BOX))
     memory.lattice_boxes[lattice.session_uid] = points.box
     memory.bound.refuse_other(lattice.name, points.shape)
+    beside = ties.beside(modifiers, job.modifier)
+    points, tie_problems = ties.followed(lattice, points, settings, job.depsgraph)
     bound = memory.bound.embedding(settings.basis)
     object_matrix, lattice_matrix = evaluated.matrix(job.obj_evaluated), evaluated.matrix(lattice)
     names = (job.obj.name, lattice.name)
     steady = memory.transform_before if bound is None else bound.grid.to_object
     transform = memory.placing.of(object_matrix, lattice_matrix, names)
+    transform = ties.widened(lattice, transform, points.box)
     transform = grid.steadied(transform, steady, object_matrix, lattice_matrix)
     rest_grid = grid.Grid(points.shape, points.low, points.high, settings.basis, transform)
     influence, problems = _influence(job, settings, len(positions))
+    if beside:
+        influence = _share(job, memory, beside, positions, influence, settings.basis)
     triangles, no_triangles = _triangles(job, memory, modifiers, len(positions))
     bodies, region_problems = correction_inputs.bodies(job, memory, settings, triangles, len(positions))
     stiffness, stiffness_problems = correction_inputs.stiffness(job, memory, settings, lattice)
+    stiffness = ties.stiffened(stiffness, lattice, rest_grid)
     frame, frame_problems = correction_inputs.frame(job, settings, object_matrix, transform)
     pins, pin_problems = correction_inputs.pins(job, memory, modifiers, positions, triangles)
-    problems += [*region_problems, *stiffness_problems, *frame_problems, *pin_problems]
+    problems += [*tie_problems, *region_problems, *stiffness_problems, *frame_problems, *pin_problems]
     request = Request(
         positions=positions,
         influence=influence,
@@ -214,6 +221,21 @@ def _influence(job: Job, settings: Settings, count: int) -> tuple[NDArray[np.flo
         everywhere = settings.strength >= 1.0
         return (None if everywhere else np.full(count, settings.strength, np.float32)), problems
     return np.clip(mask[:count] * np.float32(settings.strength), 0.0, 1.0), problems
+
+
+def _share(
+    job: Job,
+    memory: Memory,
+    beside: list[tuple[bpy.types.NodesModifier, bpy.types.Object]],
+    positions: Vertices,
+    influence: NDArray[np.float32] | None,
+    basis: str,
+) -> NDArray[np.float32]:
+    """The influence where the blocks that are tied share the mesh: of each vertex one block alone takes hold."""
+    matrix, found = evaluated.matrix(job.obj_evaluated), memory.neighbours
+    grids = tuple(found.grid(other, lattice, basis, matrix, job.depsgraph) for other, lattice in beside)
+    own = found.influence(beside, job.modifier, job.before, positions, grids)
+    return own if influence is None else own * influence
 
 
 def _triangles(

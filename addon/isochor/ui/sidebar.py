@@ -10,7 +10,7 @@ import isochor
 from ..core import problem
 from ..core.report import Report
 from ..core.words import Sentence
-from ..tool import baked, chain, pin_collection, sockets, stack, state, words
+from ..tool import baked, chain, pin_collection, sockets, stack, state, tie_record, words
 from ..tool.lattices import users_of
 from .adding import ISOCHOR_OT_add
 from .choosing import active_object
@@ -101,6 +101,12 @@ def draw_modifier(
         grid.label(text=value, translate=False)
 
 
+def notes_on_ties(lattice: bpy.types.Object | None) -> list[str]:
+    """What a lattice is tied to."""
+    found = [] if lattice is None else tie_record.of(lattice)
+    return [problem.tied_to(tied.other.name, tied.continuity, tied.leads) for tied in found]
+
+
 def is_playing() -> bool:
     """Whether the animation plays in this window, so that the panel must not slow it down."""
     screen = bpy.context.screen
@@ -113,7 +119,7 @@ def notes(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> list[str]
     lattice = sockets.read(modifier, sockets.LATTICE)
     deleted = lattice is not None and lattice.library is None and not lattice.users_collection
     alone = [problem.in_no_scene(lattice.name)] if deleted else []
-    return [*frozen, *alone, *notes_on_chain(obj, modifier)]
+    return [*frozen, *alone, *notes_on_chain(obj, modifier), *notes_on_ties(lattice)]
 
 
 def notes_on_chain(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> list[str]:
