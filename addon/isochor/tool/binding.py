@@ -6,7 +6,7 @@ import numpy as np
 
 from ..core import grid, problem
 from ..core.bound import BoundShape
-from . import baked, bound, chain, evaluated, rest, results, sockets, state, ties
+from . import baked, bound, chain, evaluated, own_points, rest, results, sockets, state, ties
 
 Pair = tuple[bpy.types.Object, bpy.types.NodesModifier]
 
@@ -43,7 +43,7 @@ def bind(pairs: list[Pair], shapes: list[BoundShape], view_layer: bpy.types.View
     measured = chain.whole_of_all(pairs)
     for (obj, modifier), shape in zip(pairs, shapes, strict=True):
         for result in _both(modifier):
-            bound.keep(result, shape, len(obj.data.vertices))
+            bound.keep(result, shape, own_points.count(obj))
     for obj, modifier in measured:
         for result in _both(modifier):
             results.forget_rest(result)

@@ -21,13 +21,14 @@ from . import (
     device,
     evaluated,
     frame_memory,
-    node_group,
+    incoming_nodes,
     rest_volumes,
     results,
     sockets,
     stack,
     ties,
 )
+from .entered import Entered
 from .job import Job, Key, Memory
 
 
@@ -38,7 +39,7 @@ def update_object(
     what has changed. ``edits``: of each mesh and lattice, by session identifier, how often it was edited. Returns the
     memories touched, reports in them."""
     obj_evaluated = obj.evaluated_get(depsgraph)
-    if not obj_evaluated.is_evaluated or obj_evaluated.type != "MESH" or obj_evaluated.data.is_editmode:
+    if not obj_evaluated.is_evaluated or (obj_evaluated.type == "MESH" and obj_evaluated.data.is_editmode):
         return []
     modifiers = stack.active(obj, depsgraph.mode)
     touched = []
@@ -46,8 +47,10 @@ def update_object(
     for place, modifier in enumerate(modifiers):
         if not stack.is_ours(modifier):
             continue
+        followed = bool(stack.following(modifiers, modifier))
+        entered = Entered(obj_evaluated, str(modifier.persistent_uid), followed)
         chained = place > 0 and stack.is_ours(modifiers[place - 1])
-        job = Job(obj, obj_evaluated, modifier, depsgraph, edits, before if chained else None)
+        job = Job(obj, obj_evaluated, modifier, depsgraph, edits, entered, before if chained else None)
         if sockets.read(job.evaluated_modifier, sockets.SLOT) != job.slot:
             continue
         if job.key not in memories:
@@ -91,11 +94,15 @@ def _entered(job: Job, memory: Memory, modifiers: list[bpy.types.Modifier]) -> V
     """(V, 3) positions that entered the modifier, in object space."""
     if job.before is not None:
         return job.before.leaving
-    mesh = job.obj.data
-    if modifiers[0] == job.modifier and mesh.shape_keys is None and job.obj.mode == "OBJECT":
+    is_mesh = job.obj.type == "MESH" and job.obj.data.shape_keys is None
+    if is_mesh and modifiers[0] == job.modifier and job.obj.mode == "OBJECT":
         positions = _own_positions(job, memory)
     else:
-        positions = _stored_positions(job, modifiers)
+        found = job.entered.positions
+        positions = np.empty((0, 3), np.float32) if found is None else found
+        if found is None and not job.entered.is_empty:
+            after = stack.following(modifiers, job.modifier)
+            raise problem.Problem(problem.lost_by([modifier.name for modifier in after]))
     if len(positions) == 0:
         raise problem.Problem(problem.NO_VERTICES)
     return positions
@@ -109,18 +116,6 @@ def _own_positions(job: Job, memory: Memory) -> Vertices:
         memory.own_positions = np.empty((0, 3), np.float32) if positions is None else positions.reshape(-1, 3)
         memory.own_stamp = stamp
     return memory.own_positions
-
-
-def _stored_positions(job: Job, modifiers: list[bpy.types.Modifier]) -> Vertices:
-    """Those that the node group stored on the evaluated mesh, if the modifiers that follow kept them."""
-    positions = job.attribute(node_group.INCOMING, "vector", 3, np.float32)
-    after = stack.following(modifiers, job.modifier)
-    count = None if positions is None else len(positions) // 3
-    if count and after:
-        count = evaluated.incoming_count(job.obj_evaluated.data, node_group.ORDER + job.slot)
-    if positions is None or count is None:
-        raise problem.Problem(problem.lost_by([modifier.name for modifier in after]))
-    return positions.reshape(-1, 3)[:count]
 
 
 def _request(
@@ -154,6 +149,8 @@ def _request(
     frame, frame_problems = correction_inputs.frame(job, settings, object_matrix, transform)
     pins, pin_problems = correction_inputs.pins(job, memory, modifiers, positions, triangles)
     problems += [*tie_problems, *region_problems, *stiffness_problems, *frame_problems, *pin_problems]
+    if triangles is None and not no_triangles:
+        settings = replace(settings, preserve=0.0)
     request = Request(
         positions=positions,
         influence=influence,
@@ -213,8 +210,8 @@ def _influence(job: Job, settings: Settings, count: int) -> tuple[NDArray[np.flo
     problems: list[str] = []
     mask = None
     if settings.vertex_group:
-        if settings.vertex_group in job.obj.vertex_groups:
-            mask = job.attribute(node_group.MASK, "value", 1, np.float32)
+        if job.entered.has_group(job.obj, settings.vertex_group):
+            mask = job.entered.numbers(incoming_nodes.MASK)
         else:
             problems.append(problem.no_vertex_group(settings.vertex_group))
     if mask is None:
@@ -241,11 +238,16 @@ def _share(
 def _triangles(
     job: Job, memory: Memory, modifiers: list[bpy.types.Modifier], count: int
 ) -> tuple[NDArray[np.int32] | None, str]:
-    """Triangles of what entered, or None and the reason in plain words."""
-    stamp = stack.face_stamp(modifiers)
+    """Triangles of what entered, or None and the reason in plain words, which is empty where that has no surface."""
+    mesh, own = job.entered.mesh, None
+    if mesh is None:
+        return None, ""
+    stamp = None
+    if job.obj.type == "MESH":
+        own, stamp = job.obj.data, stack.face_stamp(modifiers)
     if stamp is not None:
         stamp = (job.obj.data.session_uid, job.mesh_edits, *stamp)
-    triangles = memory.faces.read(job.obj_evaluated.data, job.obj.data, count, stamp)
+    triangles = memory.faces.read(mesh, own, count - job.entered.others, stamp)
     if triangles is None:
         others = [*stack.preceding(modifiers, job.modifier), *stack.following(modifiers, job.modifier)]
         return None, problem.faces_hidden_by([modifier.name for modifier in others])
@@ -254,7 +256,8 @@ def _triangles(
 
 def _edited(job: Job, memory: Memory, result: bpy.types.Object | None, settings: Settings) -> list[str]:
     """The problem of a mesh that was edited since its rest volume was kept; looked at only after an edit."""
-    kept = None if result is None else result.get(results.REST_OWN_VOLUME)
+    key = results.REST_OWN_VOLUME if job.obj.type == "MESH" else results.REST_COUNT
+    kept = None if result is None else result.get(key)
     if result is None or kept is None or settings.reference != "Rest":
         return []
     stamp = (job.obj.data.session_uid, job.mesh_edits, kept)

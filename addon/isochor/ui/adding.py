@@ -9,7 +9,7 @@ from ..core import problem
 from ..core.fit import axes_of, box_matrix
 from ..core.oriented import oriented_axes
 from ..tool import adding, words
-from .choosing import chosen_meshes
+from .choosing import chosen_objects
 
 BASIS_ITEMS = (
     ("BERNSTEIN", "Bernstein", "Every control point reaches everywhere, smoothly"),
@@ -61,13 +61,13 @@ class ISOCHOR_OT_add(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if chosen_meshes(context):
+        if chosen_objects(context):
             return True
         cls.poll_message_set("Select a mesh object first")
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        objects = chosen_meshes(context)
+        objects = chosen_objects(context)
         foreign = [obj.name for obj in objects if not obj.is_editable]
         if foreign:
             self.report({"ERROR"}, words.reported(problem.foreign(", ".join(foreign))))

@@ -115,11 +115,15 @@ def is_playing() -> bool:
 
 def notes(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> list[str]:
     """What is not wrong, and yet perhaps not what the animator believes."""
-    frozen = [problem.in_edit_mode_of_mesh()] if obj.mode == "EDIT" else []
+    frozen = [problem.in_edit_mode_of_mesh()] if obj.type == "MESH" and obj.mode == "EDIT" else []
     lattice = sockets.read(modifier, sockets.LATTICE)
     deleted = lattice is not None and lattice.library is None and not lattice.users_collection
+    memory = state.recall(obj, modifier)
+    report = None if memory is None else memory.report
+    is_open = report is not None and report.has_surface and bool(report.problems) and not report.keeps_volume
+    not_joined = [problem.NOT_WELDED] if is_open and obj.type in ("CURVE", "FONT") else []
     alone = [problem.in_no_scene(lattice.name)] if deleted else []
-    return [*frozen, *alone, *notes_on_chain(obj, modifier), *notes_on_ties(lattice)]
+    return [*frozen, *not_joined, *alone, *notes_on_chain(obj, modifier), *notes_on_ties(lattice)]
 
 
 def notes_on_chain(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> list[str]:
