@@ -189,7 +189,7 @@ TEXTS = {
     "How smoothly they join": "Wie glatt sie aneinanderschließen",
     "Let go of the selected lattices, each of the others; with one selected, of all that it is tied to. Their points stay where they are": "Löst die ausgewählten Gitter voneinander; bei nur einem ausgewählten von allen, mit denen es verbunden ist. Ihre Punkte bleiben, wo sie sind",
     "None of the selected lattices is tied": "Keines der ausgewählten Gitter ist verbunden",
-    "Select two or more lattices, or a mesh that several shape, first": "Zuerst zwei oder mehr Gitter auswählen oder ein Netz, das mehrere formen",
+    "Select two or more lattices, or an object that several shape, first": "Zuerst zwei oder mehr Gitter auswählen oder ein Objekt, das mehrere formen",
     "The selected lattices are not tied to one another": "Die ausgewählten Gitter sind nicht miteinander verbunden",
     "Tie Lattices": "Gitter verbinden",
     "Tied to “{other}” ({how}), which follows.": "Mit „{other}“ verbunden ({how}), das folgt.",

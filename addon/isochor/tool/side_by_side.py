@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..core.grid import Grid, relative_transform
 from ..core.request import Vertices
-from ..core.sharing import Shares
+from ..core.sharing import Share, Shares
 from . import evaluated, results
 from .bound import BoundCache
 from .chain import Chain
@@ -22,19 +22,21 @@ class Neighbours:
     shares: Shares = field(default_factory=Shares)
     bound: dict[int, BoundCache] = field(default_factory=dict)
 
-    def influence(
+    def share(
         self,
         blocks: list[tuple[bpy.types.NodesModifier, bpy.types.Object]],
         modifier: bpy.types.NodesModifier,
         before: Chain | None,
         entered: Vertices,
         grids: tuple[Grid, ...],
-    ) -> NDArray[np.float32]:
-        """(V,) 1 for the vertices that belong to the modifier and 0 for others, where ``entered`` enters it."""
+        keep: bool,
+    ) -> Share:
+        """What the modifier holds of the mesh of which ``entered`` enters it; ``keep``: it leaves vertices alone that
+        are outside of all blocks."""
         first = blocks[0][0].persistent_uid
         start = entered if before is None else before.entries.get(first, entered)
         place = next(number for number, (other, _lattice) in enumerate(blocks) if other == modifier)
-        return self.shares.influence(start, grids, place)
+        return self.shares.of(start, grids, place, keep)
 
     def grid(
         self,

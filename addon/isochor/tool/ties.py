@@ -59,13 +59,14 @@ def local_change(block: Block, found: Block) -> Array:
     return _to_flat((found.moved - block.moved) @ np.linalg.inv(block.grid.to_object[:3, :3]).T)
 
 
-def stiffened(stiffness: Array | None, lattice: bpy.types.Object, grid: Grid) -> Array | None:
-    """(nu, nv, nw) with the points that make the joints of an evaluated lattice stiff altogether: the correction must
-    not part what is tied."""
-    mask = held(lattice.original, grid)
-    if mask is None:
+def stiffened(stiffness: Array | None, lattice: bpy.types.Object, grid: Grid, beyond: tuple[str, ...]) -> Array | None:
+    """(nu, nv, nw) with the points that make the joints of an evaluated lattice stiff altogether, and those at faces
+    beyond which vertices lie that are kept: the correction must part neither."""
+    masks = [mask(tied, grid) for tied in tie_record.of(lattice.original)]
+    masks += [Face(grid, face).held(0) for face in beyond]
+    if not masks:
         return stiffness
-    return np.where(mask, 1.0, 0.0 if stiffness is None else stiffness)
+    return np.where(np.logical_or.reduce(masks), 1.0, 0.0 if stiffness is None else stiffness)
 
 
 def resolved(
@@ -87,12 +88,6 @@ def joint(tied: Tied, here: Block, there: Block) -> Tie:
 def mask(tied: Tied, grid: Grid) -> NDArray[np.bool_]:
     """(nu, nv, nw) the points of this side of a tie that make the joint."""
     return Face(grid, tied.face).held(tied.continuity)
-
-
-def held(lattice: bpy.types.Object, grid: Grid) -> NDArray[np.bool_] | None:
-    """(nu, nv, nw) points of an original lattice that make its joints; None where it is not tied."""
-    masks = [mask(tied, grid) for tied in tie_record.of(lattice)]
-    return np.logical_or.reduce(masks) if masks else None
 
 
 def widened(lattice: bpy.types.Object, transform: Array, box: evaluated.Box) -> Array:

@@ -34,7 +34,7 @@ def tie(
     basis = _basis(chosen)
     depsgraph = context.evaluated_depsgraph_get()
     grids = {lattice: grid_of(lattice, basis, depsgraph) for lattice in chosen}
-    pairs = sorted(_pair(one, other, grids) for one, other in combinations(chosen, 2))
+    pairs = sorted((_pair(*two, grids) for two in combinations(chosen, 2)), key=lambda pair: pair.gap)
     found = [pair for pair in pairs if meets(pair.gap, grids[pair.one], pair.face)]
     if not found:
         nearest = pairs[0]

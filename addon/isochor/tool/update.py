@@ -14,6 +14,7 @@ from ..core.bodies import Bodies
 from ..core.report import Report
 from ..core.request import Request, Vertices
 from ..core.settings import Settings
+from ..core.sharing import Share
 from ..core.solver import Outcome
 from . import (
     chain,
@@ -140,12 +141,14 @@ def _request(
     transform = grid.steadied(transform, steady, object_matrix, lattice_matrix)
     rest_grid = grid.Grid(points.shape, points.low, points.high, settings.basis, transform)
     influence, problems = _influence(job, settings, len(positions))
-    if beside:
-        influence = _share(job, memory, beside, positions, influence, settings.basis)
+    share = _share(job, memory, beside, positions, settings) if beside else None
+    if share is not None:
+        influence = share.weights if influence is None else share.weights * influence
+        settings = replace(settings, outside="Extend")
     triangles, no_triangles = _triangles(job, memory, modifiers, len(positions))
     bodies, region_problems = correction_inputs.bodies(job, memory, settings, triangles, len(positions))
     stiffness, stiffness_problems = correction_inputs.stiffness(job, memory, settings, lattice)
-    stiffness = ties.stiffened(stiffness, lattice, rest_grid)
+    stiffness = ties.stiffened(stiffness, lattice, rest_grid, () if share is None else share.beyond)
     frame, frame_problems = correction_inputs.frame(job, settings, object_matrix, transform)
     pins, pin_problems = correction_inputs.pins(job, memory, modifiers, positions, triangles)
     problems += [*tie_problems, *region_problems, *stiffness_problems, *frame_problems, *pin_problems]
@@ -225,14 +228,12 @@ def _share(
     memory: Memory,
     beside: list[tuple[bpy.types.NodesModifier, bpy.types.Object]],
     positions: Vertices,
-    influence: NDArray[np.float32] | None,
-    basis: str,
-) -> NDArray[np.float32]:
-    """The influence where the blocks that are tied share the mesh: of each vertex one block alone takes hold."""
+    settings: Settings,
+) -> Share:
+    """What this block holds where several that are tied share the mesh: each vertex belongs to one alone."""
     matrix, found = evaluated.matrix(job.obj_evaluated), memory.neighbours
-    grids = tuple(found.grid(other, lattice, basis, matrix, job.depsgraph) for other, lattice in beside)
-    own = found.influence(beside, job.modifier, job.before, positions, grids)
-    return own if influence is None else own * influence
+    grids = tuple(found.grid(other, lattice, settings.basis, matrix, job.depsgraph) for other, lattice in beside)
+    return found.share(beside, job.modifier, job.before, positions, grids, settings.outside == "Keep")
 
 
 def _triangles(

@@ -30,7 +30,7 @@ class ISOCHOR_OT_tie_lattices(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         if len(tied_together(context)) > 1:
             return True
-        cls.poll_message_set("Select two or more lattices, or a mesh that several shape, first")
+        cls.poll_message_set("Select two or more lattices, or an object that several shape, first")
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -78,7 +78,7 @@ def tied_together(context: bpy.types.Context) -> list[bpy.types.Object]:
     for obj in [active, *context.view_layer.objects.selected]:
         if obj is not None and obj.type == "LATTICE":
             found.append(obj)
-        elif obj is not None and obj.type == "MESH":
+        elif obj is not None and obj.type in stack.DEFORMED:
             found += lattices.of_all([(obj, modifier) for modifier in stack.ours(obj)])
     return list(dict.fromkeys(found))
 
