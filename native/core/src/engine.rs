@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::basis::Span;
 use crate::embedding::{EMPTY, Embedding, Located, Task, split};
-use crate::kernels::{Basis, Cell, Deform, Reduce, Reduced, Shift};
+use crate::kernels::{Basis, Cell, Deform, Pull, Reduce, Reduced, Shift};
 use crate::lanes::{LANES, Lanes, dispatch};
 use crate::preserve::Coefficients;
 use crate::sum::CompensatedSum;
@@ -37,7 +37,8 @@ struct CellData<R> {
 }
 
 impl<L: Lanes> Engine<L> {
-    /// Puts located nodes into lanes, in slot order. `shape`: control points of the lattice.
+    /// Puts located nodes into lanes, in slot order. `shape`: inner control points of the lattice, which `displacement`, `delta` and
+    /// coefficients are of.
     pub(crate) fn new<T: Scalar>(
         embedding: &Embedding,
         located: &[Located],
@@ -63,7 +64,7 @@ impl<L: Lanes> Engine<L> {
             shape,
             cells,
             parameter: parameter.collect(),
-            influence: lanes(&|n| located[n].influence),
+            influence: lanes(&|n| located[n].inner_influence),
             rest: std::array::from_fn(|axis| lanes(&|n| vertices[embedding.vertex(n as u32)][axis].to_f64())),
             spare: Mutex::default(),
         }
@@ -131,6 +132,22 @@ impl<L: Lanes> Engine<L> {
             volumes[task.body as usize].add(part.volume);
         }
         Coefficients { rows, volumes: volumes.into_iter().map(CompensatedSum::value).collect() }
+    }
+
+    /// `sum influence * B * value` over all slots, one number per control point. Cells without values cost nothing.
+    pub(crate) fn pulled(&self, tasks: &[Task], values: &[L]) -> Vec<f64> {
+        let pull = |(task, data): (&Task, &CellData<L::Real>)| {
+            let values = &values[task.blocks.clone()];
+            let is_empty = values.iter().all(|lanes| lanes.exact().0 == [0.0; LANES]);
+            (!is_empty).then(|| dispatch(Pull { cell: self.cell(task, data), values }))
+        };
+        let parts: Vec<Option<Vec<f64>>> = tasks.par_iter().zip(&self.cells).map(pull).collect();
+        let mut row = vec![0.0; self.shape.iter().product()];
+        for (data, part) in self.cells.iter().zip(&parts) {
+            let Some(part) = part else { continue };
+            data.points.iter().zip(part).for_each(|(&point, sum)| row[point as usize] += sum);
+        }
+        row
     }
 
     /// One slot's parameters from its cell's start, influence, and position at rest.

@@ -16,6 +16,7 @@ mod gradient;
 mod limit;
 mod metric;
 mod nearest;
+mod over_points;
 mod passes;
 mod pins;
 mod plan;
@@ -37,6 +38,7 @@ use correction::Correction;
 pub use costs::Cost;
 pub(crate) use costs::Costs;
 pub use limit::Limit;
+pub(crate) use over_points::OverPoints;
 pub(crate) use passes::OnEngine;
 pub use passes::{Coefficients, Passes};
 pub use pins::{PinPoint, Pins};
@@ -167,10 +169,13 @@ impl<T: Scalar> Binding<T> {
     pub fn preserve(&self, control: &[DVec3], options: &Preserve, out: &mut [[T; 3]]) -> Result<Preserved> {
         let plan = self.plan(control, options)?;
         if let Some(tensor) = self.tensor() {
-            let mut passes = OnTensor::new(&tensor, &plan.frame, &plan.displacement, self.epsilon());
+            let mut passes = OnTensor::new(&tensor, &plan.frame, &plan.inner_displacement(), self.epsilon());
             let preserved = plan.carry_out(&mut passes)?;
             self.deform(&preserved.control, out)?;
             return Ok(preserved);
+        }
+        if self.over().is_some() {
+            return self.preserve_over_points(&plan, out);
         }
         if options.accuracy != Accuracy::Exact
             && let Some(preserved) = self.preserve_by_proxy(&plan, options, out)?
@@ -178,7 +183,7 @@ impl<T: Scalar> Binding<T> {
             return Ok(preserved);
         }
         with_engine!(self, engine => {
-            let mut passes = OnEngine::new(self, engine, &plan.frame, plan.middle, &plan.displacement);
+            let mut passes = OnEngine::new(self, engine, &plan);
             let preserved = plan.carry_out(&mut passes)?;
             self.chosen().spent(passes.count);
             if plan.frame.is_identity() {
@@ -190,10 +195,21 @@ impl<T: Scalar> Binding<T> {
             Ok(preserved)
         })
     }
+
+    /// The same where the volume is that of a surface over the vertices.
+    fn preserve_over_points(&self, plan: &Plan, out: &mut [[T; 3]]) -> Result<Preserved> {
+        with_engine!(self, engine => {
+            let mut passes = OverPoints::new(self, engine, &plan.frame, &plan.inner_displacement());
+            let preserved = plan.carry_out(&mut passes)?;
+            engine.recycle(passes.state);
+            self.deform(&preserved.control, out)?;
+            Ok(preserved)
+        })
+    }
 }
 
 impl Plan {
-    /// Carries the correction out on a backend, which must hold the mesh deformed by the plan's `displacement` and then holds it as
+    /// Carries the correction out on a backend, which must hold the mesh deformed by the plan's `inner_displacement` and then holds it as
     /// corrected.
     ///
     /// # Errors

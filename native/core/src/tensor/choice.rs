@@ -5,6 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use glam::DVec3;
+
 use crate::binding::{Binding, with_engine};
 use crate::engine::Engine;
 use crate::error::Result;
@@ -170,7 +172,7 @@ impl Costs {
 }
 
 fn functions(lattice: &Lattice) -> usize {
-    FIXED + lattice.len() + 1
+    FIXED + lattice.map().inner_len() + 1
 }
 
 impl<T: Scalar> Binding<T> {
@@ -208,19 +210,24 @@ impl<T: Scalar> Binding<T> {
     /// Whether the volume is a form of the control points alone that fits in memory.
     fn has_tensor_form(&self) -> Result<bool> {
         self.surface()?;
-        let plain = self.partition().of_triangle().is_none() && !self.has_caps();
+        let plain = self.partition().of_triangle().is_none() && !self.has_caps() && self.over().is_none();
         Ok(plain && Triples::bytes(functions(self.lattice())) <= LARGEST)
     }
 
     fn source<L: Lanes>(&self, engine: &Arc<Engine<L>>) -> Result<Source<L>> {
         let centre = self.lattice().centre();
+        let map = self.lattice().map();
+        let rest: Vec<DVec3> = self.rest().iter().map(|p| p - centre).collect();
+        let weights = map.inner_weights();
         Ok(Source {
             engine: Arc::clone(engine),
             embedding: Arc::clone(self.embedding()),
             walks: Arc::clone(self.walks()?),
-            rest: self.rest().iter().map(|p| p - centre).collect(),
+            rest: map.displacement(&rest).into_owned(),
+            weights: weights.map_or_else(|| vec![1.0; map.inner_len()], <[f64]>::to_vec),
+            is_weighted: weights.is_some(),
             centre,
-            shape: self.lattice().shape(),
+            shape: map.inner_shape(),
         })
     }
 }

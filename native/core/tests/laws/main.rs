@@ -6,6 +6,7 @@
 #[path = "../shared/mod.rs"]
 mod shared;
 
+mod blender_basis;
 mod bodies;
 mod costs;
 mod elastic;
@@ -13,9 +14,13 @@ mod folds;
 mod inversion;
 mod lattice;
 mod limit;
+mod mapped;
 mod methods;
+mod patches;
 mod proxy;
+mod rational;
 mod refine;
 mod tensor;
+mod tessellation;
 mod volume;
 mod weights;
