@@ -4,11 +4,11 @@
 import numpy as np
 from rings import ring_triangles
 
-from .distances import arc, chain, ellipsoid, joined, polygon, without
+from .distances import ellipsoid, joined, polygon, without
 from .implicit import surface
 from .model import Array, Model, Triangles
 
-SPACING = 0.062
+SPACING = 0.06
 """Of the body's grid."""
 AXLES, WHEEL, HUB_HEIGHT, TRACK = (-1.28, 1.3), 0.335, 0.335, 0.72
 """Places along x, radius of a wheel, height of its middle and how far that is from the middle of the car."""
@@ -19,7 +19,7 @@ LOWER += [(2.12, 0.8), (2.1, 0.36), (1.9, 0.25), (-1.9, 0.23)]
 CABIN = [(-0.98, 0.8), (-0.24, 1.33), (0.1, 1.4), (0.62, 1.38), (0.95, 1.3), (1.62, 0.86)]
 ROUND = 0.05
 SIDE_GLASS = [(-0.62, 0.99), (-0.17, 1.29), (0.12, 1.335), (0.6, 1.315), (0.88, 1.24), (1.24, 1.0)]
-PILLAR = (0.3, 0.035)
+PILLAR = (0.3, 0.05)
 """Middle and half-width along x of what stands between the side windows."""
 SCREEN, BACK_SCREEN = (-0.8, -0.3), (0.98, 1.46)
 """Along x: where the windscreen and the rear window are."""
@@ -63,7 +63,7 @@ def _body(points: Array) -> Array:
     body = joined(lower, cabin, 0.07)
     for x in AXLES:
         arch = np.hypot(points[..., 0] - x, points[..., 2] - HUB_HEIGHT) - WHEEL - 0.065
-        body = without(body, np.maximum(arch, 0.5 - across), 0.03)
+        body = without(body, np.maximum(arch, 0.5 - across), 0.06)
         flare = np.abs(np.hypot(points[..., 0] - x, points[..., 2] - HUB_HEIGHT) - WHEEL - 0.1) - 0.03
         limits = across - width - 0.03, 0.5 - across, 0.27 - points[..., 2]
         body = joined(body, np.maximum.reduce([flare, *limits]), 0.05)
