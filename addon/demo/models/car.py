@@ -78,13 +78,15 @@ def _colours(points: Array) -> dict[str, Array]:
     outside = polygon(side, SIDE_GLASS)
     pillar = np.maximum(outside, PILLAR[1] - np.abs(x - PILLAR[0]))
     by_the_side = np.maximum(pillar, _width(points) - 0.09 - across)
-    screens = [np.maximum.reduce([low - x, x - high, across - _width(points) + 0.14]) for low, high in (SCREEN, BACK_SCREEN)]
+    narrow = across - _width(points) + 0.14
+    screens = [np.maximum.reduce([low - x, x - high, narrow]) for low, high in (SCREEN, BACK_SCREEN)]
     above = np.interp(x, [FRONT, -0.8, 1.45, REAR], [0.95, 0.99, 1.03, 1.03]) - z
     lamps = ellipsoid(np.stack([x, across, z], axis=-1), (-2.1, 0.56, 0.66), (0.22, 0.17, 0.075))
     tail = np.maximum(np.maximum(1.98 - x, np.abs(z - 0.74) - 0.07), 0.38 - across)
     grille = np.maximum(np.maximum(x + 2.02, np.abs(z - 0.47) - 0.07), across - 0.5)
     trim = np.minimum(z - 0.29, grille)
-    return {"glass": np.maximum(np.minimum(by_the_side, np.minimum(*screens)), above), "lamp": lamps, "tail": tail, "trim": trim}
+    glass = np.maximum(np.minimum(by_the_side, np.minimum(*screens)), above)
+    return {"glass": glass, "lamp": lamps, "tail": tail, "trim": trim}
 
 
 def _wheel(x: float, side: float) -> tuple[Array, Triangles, dict[str, Array]]:

@@ -5,13 +5,15 @@ from collections.abc import Callable, Iterator
 
 import bpy
 import numpy as np
+from figure_stage import View, set_view
 from gallery_scene import Staged, draw_lines, standing_column
 from gallery_tile import Tile
 from numpy.typing import NDArray
-from volume_lattice import get_input
+from volume_lattice import get_input, set_input
 
 NAME = "blocks"
 COLUMNS = 3
+VIEW = View(turn=0.0, rise=15.0, height=0.95, distance=8.6)
 SHAPE = (4, 4, 5)
 JOINT = 0.48
 """Part of the column's height at which two blocks meet."""
@@ -24,16 +26,19 @@ Array = NDArray[np.float64]
 def tiles(scene: bpy.types.Scene) -> Iterator[Tile]:
     """Two that overlap; two end to end, free and tied; a bulge on a column that bends, in the stack and nested."""
     staged = fresh(scene)
-    small = add(staged, (0.3, 0.75), wide=1.25)
-    reshape(staged.lattice, lambda places: places + sway(places))
-    reshape(small, swollen)
-    yield shown(staged, [staged.lattice, small], "two that overlap")
+    upper = add(staged, (0.36, 1.0), wide=1.3)
+    low, height = staged.lattice.location.z - staged.lattice.scale.z / 2.0, staged.lattice.scale.z
+    span(staged.lattice, low, height, (0.0, 0.64))
+    reshape(staged.lattice, lambda places: swollen(places, 1.35))
+    reshape(upper, lambda places: places + 0.5 * (np.abs(places[:, 2:]) < 0.1) * (1.0, 0.0, 0.0))
+    yield shown(staged, [staged.lattice, upper], "two that overlap")
     for continuity in ("", "C0", "C1"):
         yield side_by_side(scene, continuity)
     staged = fresh(scene)
-    small = add(staged, (0.3, 0.75), wide=1.25, first=True)
+    small = add(staged, (0.25, 0.75), wide=1.25, first=True)
     reshape(small, swollen)
     reshape(staged.lattice, bent)
+    staged.put(Outside="Extend")
     yield shown(staged, [staged.lattice], "a bulge, then the bend of it all")
     staged = fresh(scene)
     outer = staged.lattice.copy()
@@ -54,7 +59,7 @@ def side_by_side(scene: bpy.types.Scene, continuity: str) -> Tile:
     if continuity:
         select(staged.lattice, upper)
         bpy.ops.isochor.tie_lattices(continuity=continuity)
-    reshape(staged.lattice, lambda places: places + 0.55 * ((places[:, 2:] + 0.5) > 0.9) * (1.0, 0.0, 0.0))
+    reshape(staged.lattice, lambda places: places + 0.32 * ((places[:, 2:] + 0.5) > 0.9) * (1.0, 0.0, 0.0))
     return shown(staged, [staged.lattice, upper], f"tied {continuity}" if continuity else "side by side, not tied")
 
 
@@ -64,11 +69,13 @@ def fresh(scene: bpy.types.Scene) -> Staged:
         bpy.data.objects.remove(obj)
     staged = Staged(scene, standing_column(), SHAPE, basis="BERNSTEIN")
     staged.put(Axes=(1.0, 1.0, 1.0))
+    set_view(scene, VIEW)
     return staged
 
 
 def add(staged: Staged, between: tuple[float, float], wide: float = 1.0, first: bool = False) -> bpy.types.Object:
-    """One more lattice, as high as between two parts of the column's, and wider; before the other one where ``first``."""
+    """One more lattice, as high as between two parts of the column's, and wider; ``first``: before the other one, which
+    then still corrects for both."""
     before = staged.lattice
     select(staged.object)
     bpy.ops.isochor.add(resolution=SHAPE, basis="BERNSTEIN", only_last=not first)
@@ -78,6 +85,7 @@ def add(staged: Staged, between: tuple[float, float], wide: float = 1.0, first: 
     lattice.scale.x *= wide
     lattice.scale.y *= wide
     if first:
+        set_input(modifier, "Preserve", 0.0)
         staged.object.modifiers.move(1, 0)
     staged.modifier = staged.object.modifiers[-1]
     bpy.context.view_layer.update()
@@ -99,15 +107,10 @@ def reshape(lattice: bpy.types.Object, shape: Callable[[Array], Array]) -> None:
     bpy.context.view_layer.update()
 
 
-def sway(places: Array) -> Array:
-    """To the side, the more the higher, and back."""
-    return np.outer(0.5 * np.sin(np.pi * (places[:, 2] + 0.5)), (1.0, 0.0, 0.0))
-
-
-def swollen(places: Array) -> Array:
-    """The inner layers, seen from above and below, drawn outwards; the outermost keep still."""
-    inner = np.abs(places[:, 2:]) < 0.4
-    return places * np.where(inner, (1.9, 1.9, 1.0), 1.0)
+def swollen(places: Array, factor: float = 1.5) -> Array:
+    """The middle layer drawn outwards; the two on either side keep still, and with them what is beyond."""
+    middle = np.abs(places[:, 2:]) < 0.1
+    return places * np.where(middle, (factor, factor, 1.0), 1.0)
 
 
 def bent(places: Array) -> Array:
