@@ -12,6 +12,7 @@ from .ui import (
     bend_empty,
     binding,
     binding_panel,
+    converting,
     fitting,
     measuring,
     menus,
@@ -21,6 +22,7 @@ from .ui import (
     pin_panel,
     pinning,
     preferences,
+    refining,
     removing,
     sidebar,
     simulating,
@@ -32,8 +34,8 @@ from .ui import (
 )
 
 DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
-LATTICE = (adding, fitting, binding, mirroring, tying)
-OPERATORS = (*LATTICE, pinning, *DRIVING, simulating, measuring, baking, applying, removing)
+SHAPING = (adding, converting, fitting, refining, binding, mirroring, tying, pinning)
+OPERATORS = (*SHAPING, *DRIVING, simulating, measuring, baking, applying, removing)
 PANELS = (sidebar, binding_panel, pin_panel, animate_panel, physics, bake_panel, overlay, volume_curve)
 PARTS = (languages, preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
 

@@ -41,6 +41,29 @@ def test_neighbours_follow_an_edit(continuity, basis):
     assert np.abs(scenes.evaluated_positions(obj) - piecewise(obj, blocks, basis)).max() < 5e-6
 
 
+@pytest.mark.parametrize("kind", ["KEY_BSPLINE", "KEY_CARDINAL", "KEY_CATMULL_ROM", "KEY_LINEAR"])
+def test_blocks_with_the_basis_of_blender_join_without_a_crease(kind):
+    obj = tie_scenes.bar()
+    blocks = tie_scenes.blocks()
+    for lattice in blocks:
+        for axis in "uvw":
+            setattr(lattice.data, f"interpolation_type_{axis}", kind)
+        scenes.volume_lattice(obj, lattice, Basis="Blender")
+    tie_scenes.select(*blocks)
+    assert bpy.ops.isochor.tie_lattices(continuity="C1") == {"FINISHED"}
+    push(blocks[0], -1, (0.1, 0.2, 0.1))
+    push(blocks[2], 0, (-0.05, -0.2, 0.1))
+    for number in (1, 2):
+        jump, moved = joint(obj, number)
+        assert moved > 0.02
+        assert jump < 0.1
+    assert error(obj) <= 1e-6
+    blocks[1].data.interpolation_type_v = "KEY_LINEAR" if kind != "KEY_LINEAR" else "KEY_BSPLINE"
+    bpy.context.view_layer.update()
+    texts = [text for modifier in obj.modifiers for text in scenes.report(obj, modifier).problems]
+    assert any("cannot be tied" in text for text in texts)
+
+
 @pytest.mark.parametrize("basis", ["Bernstein", "B-Spline"])
 def test_correction_leaves_the_joints_alone_and_is_exact(basis):
     obj, blocks, modifiers = tied_bar("C1", basis)

@@ -18,6 +18,7 @@ from .grid import Grid, degrees, domain_box
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Share = tuple[float, ...]
 
 FACES = ("s0", "s1", "t0", "t1", "u0", "u1")
 NEAR = 1e-3
@@ -74,13 +75,26 @@ class Face:
         ``outward`` by length."""
         axis, end = place(self.name)
         count = self.grid.shape[axis]
-        degree = degrees(self.grid.shape)[axis] if self.grid.basis == "B-Spline" else max(count - 1, 0)
-        value, slope = UNIFORM[degree] if self.grid.basis == "B-Spline" else ((1.0,), (-degree, degree))
-        cells = count - degree if self.grid.basis == "B-Spline" else 1
+        value, slope, cells = self._start(axis, count)
         found = np.zeros((2, count))
         found[0, : len(value)] = value
         found[1, : len(slope)] = np.multiply(slope, -cells / np.linalg.norm(self.outward))
         return found[: continuity + 1, :: -1 if end else 1]
+
+    def _start(self, axis: int, count: int) -> tuple[Share, Share, int]:
+        """Value and derivative by cells at the start of an axis, in its first layers, and how many cells it has."""
+        if self.grid.basis == "B-Spline":
+            degree = degrees(self.grid.shape)[axis]
+            return *UNIFORM[degree], count - degree
+        if self.grid.basis == "Blender" and self.grid.interpolation is not None:
+            return *NATIVE[self.grid.interpolation[axis]], count - 1
+        return (1.0,), (1.0 - count, count - 1.0), 1
+
+    @property
+    def types(self) -> tuple[str, ...]:
+        """How points blend along the two axes of the face, where that is Blender's own business."""
+        kinds = self.grid.interpolation or ()
+        return tuple(kind for axis, kind in enumerate(kinds) if axis != place(self.name)[0])
 
     def held(self, continuity: int) -> Mask:
         """(nu, nv, nw) the points that shape the joint."""
@@ -90,13 +104,21 @@ class Face:
         return np.broadcast_to(layers.reshape(shape), self.grid.shape)
 
 
-UNIFORM = {
+UNIFORM: dict[int, tuple[Share, Share]] = {
     0: ((1.0,), (0.0,)),
     1: ((1.0, 0.0), (-1.0, 1.0)),
     2: ((1 / 2, 1 / 2), (-1.0, 1.0)),
     3: ((1 / 6, 4 / 6, 1 / 6), (-1 / 2, 0.0, 1 / 2)),
 }
 """Of uniform B-splines by degree: value and derivative by cells at the start of the domain, in the first layers."""
+
+NATIVE: dict[str, tuple[Share, Share]] = {
+    "KEY_LINEAR": ((1.0,), (-1.0, 1.0)),
+    "KEY_CARDINAL": ((1.0,), (-0.71, 0.71)),
+    "KEY_CATMULL_ROM": ((1.0,), (-0.5, 0.5)),
+    "KEY_BSPLINE": ((5 / 6, 1 / 6), (-1 / 2, 1 / 2)),
+}
+"""The same at the first point of Blender's own lattice, beyond which the first layer counts once more."""
 
 Turn = tuple[bool, bool, bool]
 """Whether to swap the two axes of a face, then to reverse the first, then the second."""
@@ -150,9 +172,10 @@ class Tie:
         gap, self._turn = meeting(a, b)
         if not meets(gap, a.grid, a.name):
             raise problem.Problem(problem.apart(*names, gap))
-        if a.grid.basis != b.grid.basis:
+        swapped = self._turn[0]
+        if a.grid.basis != b.grid.basis or a.types != (b.types[::-1] if swapped else b.types):
             raise problem.Problem(problem.tied_bases(*names))
-        if a.counts != (b.counts[::-1] if self._turn[0] else b.counts):
+        if a.counts != (b.counts[::-1] if swapped else b.counts):
             raise problem.Problem(problem.tied_counts(*names, a.counts, b.counts))
         if continuity > 0 and np.linalg.norm(unit(a.outward) + unit(b.outward)) > PARALLEL:
             raise problem.Problem(problem.tied_askew(*names))

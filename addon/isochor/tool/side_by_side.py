@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.blending import Blending
 from ..core.grid import Grid, relative_transform
 from ..core.request import Vertices
 from ..core.sharing import Share, Shares
@@ -50,7 +51,7 @@ class Neighbours:
         the object that both deform."""
         cache = self.bound.setdefault(modifier.persistent_uid, BoundCache())
         cache.look_at(results.of(modifier, depsgraph.mode))
-        bound = cache.embedding(basis)
+        bound = cache.embedding(Blending(basis))
         if bound is not None:
             return bound.grid
         shown = lattice.evaluated_get(depsgraph)

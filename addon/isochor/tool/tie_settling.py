@@ -101,7 +101,8 @@ class _Settling:
 
     def _stamp(self, tied: Tied) -> str:
         """The same for the same points of this side's joint, and for no others."""
-        grid = Grid(control.shape(tied.lattice), *evaluated.UNIT_BOX, self.basis, np.eye(4))
+        types = evaluated.interpolation(tied.lattice) if self.basis == "Blender" else None
+        grid = Grid(control.shape(tied.lattice), *evaluated.UNIT_BOX, self.basis, np.eye(4), types)
         mask = np.asarray(ties.mask(tied, grid).transpose(2, 1, 0)).reshape(-1)
         found = tie_points.sets(tied.lattice)
         digest = blake2b(repr((sorted(tie_points.values(tied.lattice).items()), grid.shape)).encode(), digest_size=12)

@@ -32,11 +32,16 @@ class Block:
     moved: Moved
 
 
+def grid_of(lattice: bpy.types.Object, points: LatticePoints, basis: str) -> Grid:
+    """An evaluated lattice, undeformed, in the world."""
+    types = evaluated.interpolation(lattice) if basis == "Blender" else None
+    return Grid(points.shape, points.low, points.high, basis, evaluated.matrix(lattice), types)
+
+
 def read(lattice: bpy.types.Object, points: LatticePoints, basis: str) -> Block:
     """The block of an evaluated lattice with these points."""
-    matrix = evaluated.matrix(lattice)
-    grid = Grid(points.shape, points.low, points.high, basis, matrix)
-    return Block(grid, _from_flat(_displaced(points), points.shape) @ matrix[:3, :3].T)
+    grid = grid_of(lattice, points, basis)
+    return Block(grid, _from_flat(_displaced(points), points.shape) @ grid.to_object[:3, :3].T)
 
 
 def followed(
@@ -51,6 +56,8 @@ def followed(
     found, problems = _resolve(lattice.original, block, depsgraph, frozenset())
     if not settings.shaping.is_neutral:
         problems.append(problem.tied_and_animated(lattice.name))
+    if settings.weights:
+        problems.append(problem.tied_and_weighted(lattice.name))
     return replace(points, deformed=_undeformed(points) + _displaced(points) + local_change(block, found)), problems
 
 

@@ -74,10 +74,9 @@ def grid_of(lattice: bpy.types.Object, basis: str, depsgraph: bpy.types.Depsgrap
     if not shown.is_evaluated:
         raise problem.Problem(problem.hidden(lattice.name))
     points = evaluated.lattice_points(shown)
-    matrix = evaluated.matrix(shown)
-    if abs(np.linalg.det(matrix[:3, :3])) == 0.0:
+    if abs(np.linalg.det(evaluated.matrix(shown)[:3, :3])) == 0.0:
         raise problem.Problem(problem.flat_lattice(lattice.name))
-    return Grid(points.shape, points.low, points.high, basis, matrix)
+    return ties.grid_of(shown, points, basis)
 
 
 def tag(chosen: list[bpy.types.Object], context: bpy.types.Context) -> None:

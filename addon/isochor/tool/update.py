@@ -17,6 +17,7 @@ from ..core.settings import Settings
 from ..core.sharing import Share
 from ..core.solver import Outcome
 from . import (
+    blending,
     chain,
     correction_inputs,
     device,
@@ -130,17 +131,21 @@ def _request(
     points = evaluated.lattice_points(lattice, memory.lattice_boxes.get(lattice.session_uid, evaluated.UNIT_BOX))
     memory.lattice_boxes[lattice.session_uid] = points.box
     memory.bound.refuse_other(lattice.name, points.shape)
+    lattice_edits = job.edits[lattice.data.original.session_uid]
+    how, problems = blending.read(memory.blending, settings, lattice, lattice_edits)
     beside = ties.beside(modifiers, job.modifier)
     points, tie_problems = ties.followed(lattice, points, settings, job.depsgraph)
-    bound = memory.bound.embedding(settings.basis)
+    bound = memory.bound.embedding(how)
     object_matrix, lattice_matrix = evaluated.matrix(job.obj_evaluated), evaluated.matrix(lattice)
     names = (job.obj.name, lattice.name)
     steady = memory.transform_before if bound is None else bound.grid.to_object
     transform = memory.placing.of(object_matrix, lattice_matrix, names)
     transform = ties.widened(lattice, transform, points.box)
     transform = grid.steadied(transform, steady, object_matrix, lattice_matrix)
-    rest_grid = grid.Grid(points.shape, points.low, points.high, settings.basis, transform)
-    influence, problems = _influence(job, settings, len(positions))
+    rest_grid = grid.Grid(points.shape, points.low, points.high, how.basis, transform, how.interpolation, how.weights)
+    influence, no_group = _influence(job, settings, len(positions))
+    placed = rest_grid, bound, positions
+    influence, no_own_group = blending.weakened(memory.blending, lattice, lattice_edits, placed, influence)
     share = _share(job, memory, beside, positions, settings) if beside else None
     if share is not None:
         influence = share.weights if influence is None else share.weights * influence
@@ -151,7 +156,8 @@ def _request(
     stiffness = ties.stiffened(stiffness, lattice, rest_grid, () if share is None else share.beyond)
     frame, frame_problems = correction_inputs.frame(job, settings, object_matrix, transform)
     pins, pin_problems = correction_inputs.pins(job, memory, modifiers, positions, triangles)
-    problems += [*tie_problems, *region_problems, *stiffness_problems, *frame_problems, *pin_problems]
+    problems += [*no_group, *no_own_group, *tie_problems]
+    problems += [*region_problems, *stiffness_problems, *frame_problems, *pin_problems]
     if triangles is None and not no_triangles:
         settings = replace(settings, preserve=0.0)
     request = Request(
