@@ -334,3 +334,22 @@ def test_renders_are_tied_without_a_write(monkeypatch, tmp_path):
     assert len(seen) == 1
     assert np.abs(seen[0] - shown).max() < 1e-6
     assert written == []
+
+
+def test_removing_a_block_takes_its_lattice_and_its_ties_along():
+    obj = tie_scenes.bar()
+    scenes.choose(obj)
+    lattices = []
+    for number in (0, 1):
+        assert bpy.ops.isochor.add(resolution=(4, 3, 3)) == {"FINISHED"}
+        lattice = scenes.get_input(obj.modifiers[-1], "Lattice")
+        low, high = tie_scenes.ENDS[number : number + 2]
+        lattice.location, lattice.scale = ((low + high) / 2.0, 0.0, 0.0), (high - low, 1.0, 1.0)
+        lattices.append(lattice)
+    bpy.context.view_layer.update()
+    assert bpy.ops.isochor.tie_lattices() == {"FINISHED"}
+    record = scenes.part("tool.tie_record")
+    assert len(record.of(lattices[0])) == 1
+    assert bpy.ops.isochor.remove() == {"FINISHED"}
+    assert [found.name for found in bpy.data.objects if found.type == "LATTICE"] == [lattices[0].name]
+    assert not record.is_tied(lattices[0])

@@ -174,7 +174,10 @@ def tied_and_weighted(name: str) -> str:
 def tied_bases(name: str, other: str) -> str:
     """Modifiers blend the points of two adjacent lattices differently."""
     return Sentence(
-        "“{name}” and “{other}” cannot be tied: choose the same Basis in the modifiers of both.", name=name, other=other
+        "“{name}” and “{other}” cannot be tied: choose the same Basis in the modifiers of both, and for Blender's own"
+        " the same interpolation in both lattices.",
+        name=name,
+        other=other,
     )
 
 

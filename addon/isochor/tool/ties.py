@@ -3,6 +3,7 @@
 must leave alone, and which vertices belong to which of the blocks side by side."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import bpy
 import numpy as np
@@ -149,9 +150,15 @@ def _row(modifiers: list[bpy.types.Modifier], modifier: bpy.types.NodesModifier)
 
 def _undeformed(points: LatticePoints) -> Array:
     """(N * 3,) u fastest, in lattice space."""
-    ends = zip(points.low, points.high, points.shape, strict=True)
-    axes = [np.linspace(low, high, count) for low, high, count in ends]
-    return _to_flat(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1))
+    return _spaced(points.shape, points.low, points.high)
+
+
+@lru_cache(maxsize=64)
+def _spaced(shape: tuple[int, int, int], low: tuple[float, ...], high: tuple[float, ...]) -> Array:
+    axes = [np.linspace(start, end, count) for start, end, count in zip(low, high, shape, strict=True)]
+    found = _to_flat(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1))
+    found.setflags(write=False)
+    return found
 
 
 def _displaced(points: LatticePoints) -> Array:
