@@ -353,3 +353,37 @@ def test_removing_a_block_takes_its_lattice_and_its_ties_along():
     assert bpy.ops.isochor.remove() == {"FINISHED"}
     assert [found.name for found in bpy.data.objects if found.type == "LATTICE"] == [lattices[0].name]
     assert not record.is_tied(lattices[0])
+
+
+@pytest.mark.parametrize("continuity", ["C0", "C1"])
+def test_four_quarters_around_one_edge_stay_together(continuity):
+    """Ferrier's blocks, one for each quarter of the body as seen from above."""
+    ball = scenes.sphere()
+    ball.scale = (0.95, 0.95, 0.95)
+    quarters = []
+    for x, y in ((-0.6, -0.6), (0.6, -0.6), (0.6, 0.6), (-0.6, 0.6)):
+        lattice = scenes.lattice_object((4, 4, 3), name=f"Quarter {len(quarters)}", size=1.2)
+        lattice.location, lattice.scale.z = (x, y, 0.0), 2.4
+        quarters.append(lattice)
+        scenes.volume_lattice(ball, lattice)
+    tie_scenes.select(*quarters)
+    assert bpy.ops.isochor.tie_lattices(continuity=continuity) == {"FINISHED"}
+    for number, lattice in enumerate((quarters[0], quarters[2])):
+        for point in lattice.data.points:
+            at = lattice.matrix_world @ point.co
+            if abs(at.x) < 0.1 and abs(at.y) < 0.1 and at.z > 0.5:
+                point.co_deform.z += 0.3
+                point.co_deform.x -= 0.1 * number
+        lattice.data.update_tag()
+        bpy.context.view_layer.update()
+        edges = []
+        for one in quarters:
+            for point in one.data.points:
+                at = one.matrix_world @ point.co
+                if abs(at.x) < 0.1 and abs(at.y) < 0.1 and at.z > 0.5:
+                    edges.append(tuple(one.matrix_world @ point.co_deform))
+        assert len(edges) == 4
+        assert np.ptp(np.array(edges), axis=0).max() < 1e-6
+        assert edges[0][2] > 1.2 + 0.5
+        assert error(ball) <= 1e-6
+        assert all(scenes.report(ball, modifier).problems == () for modifier in ball.modifiers)
