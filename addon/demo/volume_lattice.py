@@ -61,7 +61,8 @@ def set_input(modifier: bpy.types.NodesModifier, name: str, value: Any) -> None:
     if hasattr(modifier, "properties"):  # Blender 5.2 and later
         getattr(modifier.properties.inputs, identifier).value = value
     else:
-        modifier[identifier] = _menu_number(modifier, name, value) if isinstance(value, str) else value
+        is_item = isinstance(value, str) and bool(menu_items(modifier, name))
+        modifier[identifier] = _menu_number(modifier, name, value) if is_item else value
     modifier.id_data.update_tag()
 
 

@@ -29,11 +29,12 @@ from .ui import (
     squash_ground,
     squash_speed,
     twist_bone,
+    tying,
     volume_curve,
 )
 
 DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
-SHAPING = (adding, converting, fitting, refining, binding, mirroring, pinning)
+SHAPING = (adding, converting, fitting, refining, binding, mirroring, tying, pinning)
 OPERATORS = (*SHAPING, *DRIVING, simulating, measuring, baking, applying, removing)
 PANELS = (sidebar, binding_panel, pin_panel, animate_panel, physics, bake_panel, overlay, volume_curve)
 PARTS = (languages, preferences, handlers, *OPERATORS, menus, *PANELS, command_line)

@@ -6,6 +6,7 @@ from typing import Any
 
 import bpy
 import scenes
+from mathutils import Matrix
 from monkey_actions import NOTHING
 from monkey_scene import FRAMES, Scene
 
@@ -106,6 +107,29 @@ def refine(scene: Scene, _folder: Path) -> str:
 
 def mirror(scene: Scene, _folder: Path) -> str:
     return on_users(scene, bpy.ops.isochor.mirror_lattice, axis=scene.random.choice("XYZ"))
+
+
+def tie(scene: Scene, _folder: Path) -> str:
+    """Puts a copy of a mesh's lattice beside it, where there is room for one more, and ties all of the mesh."""
+    user = scene.some_user()
+    lattice = None if user is None else scenes.get_input(scene.some_modifier(user), "Lattice")
+    if user is None or lattice is None or user.mode != "OBJECT" or lattice.mode != "OBJECT":
+        return NOTHING
+    scenes.choose(user)
+    if len(user.modifiers) < MODIFIERS_AT_MOST and scene.random.random() < 0.7:
+        attempt(bpy.ops.isochor.add, resolution=(2, 2, 2), only_last=scene.random.random() < 0.7)
+        block = lattice.copy()
+        block.data = lattice.data.copy()
+        bpy.context.scene.collection.objects.link(block)
+        block.matrix_world = lattice.matrix_world @ Matrix.Translation((1.0, 0.0, 0.0))
+        scenes.set_input(user.modifiers[-1], "Lattice", block)
+        bpy.context.view_layer.update()
+    answer = attempt(bpy.ops.isochor.tie_lattices, continuity=scene.random.choice(("C0", "C1")))
+    return f"tie {user.name} {answer}"
+
+
+def untie(scene: Scene, _folder: Path) -> str:
+    return on_users(scene, bpy.ops.isochor.untie_lattices)
 
 
 def measure(scene: Scene, _folder: Path) -> str:
@@ -235,6 +259,8 @@ ACTIONS = {
     fit_again: 2,
     refine: 2,
     mirror: 2,
+    tie: 4,
+    untie: 1,
     measure: 1,
     picture_of_curve: 1,
     bake: 2,

@@ -28,6 +28,20 @@ def chain(points: Array, places: list[Place], radii: list[float]) -> Array:
     return nearest
 
 
+def polygon(points: Array, corners: list[Place]) -> Array:
+    """In the plane, to a polygon given by its corners in order."""
+    ring = np.array(corners)
+    nearest, inside = np.full(points.shape[:-1], np.inf), np.zeros(points.shape[:-1], dtype=bool)
+    for start, end in zip(ring, np.roll(ring, -1, axis=0)):
+        way, off = end - start, points - start
+        along = np.clip(off @ way / (way @ way), 0.0, 1.0)
+        nearest = np.minimum(nearest, np.linalg.norm(off - along[..., None] * way, axis=-1))
+        crosses = (start[1] > points[..., 1]) != (end[1] > points[..., 1])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inside ^= crosses & (off[..., 0] < off[..., 1] * way[0] / way[1])
+    return np.where(inside, -nearest, nearest)
+
+
 def joined(one: Array, other: Array, softness: float) -> Array:
     """The union of two bodies with a fillet about ``softness`` wide."""
     share = np.clip(0.5 + 0.5 * (other - one) / softness, 0.0, 1.0)

@@ -11,6 +11,8 @@ PUPIL, EYE = (0.02, 0.02, 0.025), (0.85, 0.84, 0.8)
 MOVED = ((0.01, (0.6, 0.6, 0.58)), (0.02, (0.85, 0.72, 0.2)), (0.05, (0.85, 0.35, 0.05)), (0.1, (0.65, 0.06, 0.03)))
 """What moved less than each limit, in sizes of the model, and its colour."""
 MOVED_MOST = (0.2, 0.01, 0.03)
+PAINT, TRIM, GLASS = (0.03, 0.2, 0.34), (0.02, 0.022, 0.026), (0.025, 0.035, 0.05)
+LAMP, TAIL, TYRE, RIM = (0.9, 0.85, 0.7), (0.6, 0.02, 0.015), (0.018, 0.018, 0.02), (0.55, 0.56, 0.58)
 STEEL, HANDLE, BAND = (0.2, 0.22, 0.25), (0.86, 0.3, 0.03), (0.03, 0.035, 0.05)
 
 
@@ -42,6 +44,16 @@ def cube_material() -> bpy.types.Material:
     """A chequer."""
     shader = Shader("Cube")
     return shader.finish(shader.mix(shader.below(shader.attribute("field"), 0.0, 0.02), CREAM, CORAL), 0.4, 0.15)
+
+
+def car_material() -> bpy.types.Material:
+    """Lacquer, dark glass, lamps, black trim, tyres with bright rims."""
+    shader = Shader("Car")
+    colour = shader.mix(shader.below(shader.attribute("trim"), 0.0, softness=0.012), PAINT, TRIM)
+    parts = (("glass", GLASS), ("lamp", LAMP), ("tail", TAIL), ("tyre", TYRE), ("rim", RIM))
+    for name, part in parts:
+        colour = shader.mix(shader.below(shader.attribute(name), 0.0, softness=0.012), colour, part)
+    return shader.finish(colour, roughness=0.28, coat=0.6)
 
 
 def goblin_material() -> bpy.types.Material:

@@ -148,6 +148,86 @@ def between(names: list[str]) -> str:
     )
 
 
+def apart(name: str, other: str, gap: float) -> str:
+    """No faces of two lattices coincide; the nearest are so far apart."""
+    return Sentence(
+        "“{name}” and “{other}” do not meet: their nearest faces are {gap} apart. Move or scale one until a whole face"
+        " lies on one of the other.",
+        name=name,
+        other=other,
+        gap=f"{gap:.3g}",
+    )
+
+
+def tied_and_animated(name: str) -> str:
+    """A tied block is squashed, tapered, twisted or bent by the panel Animate."""
+    return Sentence(
+        "“{name}” is tied, and what the panel Animate does to it opens the joint: move its points instead.", name=name
+    )
+
+
+def tied_and_weighted(name: str) -> str:
+    """The points of a tied block weigh differently, by the input Weights."""
+    return Sentence("“{name}” is tied, and its Weights open the joint where they differ: clear Weights.", name=name)
+
+
+def tied_bases(name: str, other: str) -> str:
+    """Modifiers blend the points of two adjacent lattices differently."""
+    return Sentence(
+        "“{name}” and “{other}” cannot be tied: choose the same Basis in the modifiers of both, and for Blender's own"
+        " the same interpolation in both lattices.",
+        name=name,
+        other=other,
+    )
+
+
+def tied_counts(name: str, other: str, counts: tuple[int, int], others: tuple[int, int]) -> str:
+    """The faces of two adjacent lattices have other numbers of points."""
+    return Sentence(
+        "“{name}” and “{other}” cannot be tied: where they meet, one has {counts} points and the other {others}. Give"
+        " both the same resolution there.",
+        name=name,
+        other=other,
+        counts="×".join(map(str, counts)),
+        others="×".join(map(str, others)),
+    )
+
+
+def tied_askew(name: str, other: str) -> str:
+    """Two adjacent lattices lead away from their joint in different directions."""
+    return Sentence(
+        "“{name}” and “{other}” meet at an angle, so only C0 can join them: turn one in line with the other for C1.",
+        name=name,
+        other=other,
+    )
+
+
+def tied_crowded(name: str, axis: str, needed: int) -> str:
+    """A block is tied on two opposite sides and has too few points between them."""
+    return Sentence(
+        "“{name}” is to be tied on both sides along {axis}, and has too few points between them: give it {needed} or"
+        " more there, or choose C0.",
+        name=name,
+        axis=axis,
+        needed=needed,
+    )
+
+
+def tied_to(other: str, continuity: int, leads: bool) -> str:
+    """What a lattice is tied to, and which of the two leads."""
+    how = f"C{continuity}"
+    if leads:
+        return Sentence("Tied to “{other}” ({how}), which follows.", other=other, how=how)
+    return Sentence("Tied to “{other}” ({how}), which leads.", other=other, how=how)
+
+
+def meets_none(names: list[str]) -> str:
+    """Some of the selected lattices have no face in common with another one."""
+    return Sentence(
+        "{names}: no face lies on one of the other lattices, so nothing was tied there", names=listed(names)
+    )
+
+
 def corrected_again(name: str) -> str:
     """A later one of several Volume Lattices, of this name, corrects too."""
     return Sentence(

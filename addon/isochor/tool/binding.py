@@ -2,10 +2,11 @@
 """Setting and clearing a modifier's rest: the lattice as it stands now."""
 
 import bpy
+import numpy as np
 
 from ..core import grid, problem
 from ..core.bound import BoundShape
-from . import baked, bound, chain, evaluated, own_points, rest, results, sockets, state
+from . import baked, bound, chain, evaluated, own_points, rest, results, sockets, state, ties
 
 Pair = tuple[bpy.types.Object, bpy.types.NodesModifier]
 
@@ -26,9 +27,12 @@ def shape_now(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, depsgrap
     memory = state.recall(obj, modifier)
     box = evaluated.UNIT_BOX if memory is None else memory.lattice_boxes.get(original.session_uid, evaluated.UNIT_BOX)
     points = evaluated.lattice_points(lattice, box)
+    points, _ = ties.followed(lattice, points, sockets.read_settings(modifier), depsgraph)
     matrices = evaluated.matrix(shown), evaluated.matrix(lattice)
     transform = grid.relative_transform(*matrices, (obj.name, original.name))
-    shape = BoundShape(original.name, points.shape, points.low, points.high, transform, points.deformed)
+    transform = ties.widened(lattice, transform, points.box)
+    deformed = points.deformed.astype(np.float32)
+    shape = BoundShape(original.name, points.shape, points.low, points.high, transform, deformed)
     shape.refuse_flat()
     return shape
 

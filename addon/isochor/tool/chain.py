@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Volume Lattices that stand right behind one another on one object: they are corrected as one, by the last."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
@@ -15,12 +15,14 @@ from . import results, stack
 @dataclass(frozen=True)
 class Chain:
     """Those before the one that is computed: the ``last`` of them, what ``entered`` the first, what entered the first
-    of those behind the last one that corrected (``since``), and what is ``leaving`` the last, each (V, 3)."""
+    of those behind the last one that corrected (``since``), and what is ``leaving`` the last, each (V, 3). ``entries``:
+    what entered each, by its modifier's identifier."""
 
     last: bpy.types.NodesModifier
     entered: Vertices
     since: Vertices
     leaving: Vertices
+    entries: dict[int, Vertices] = field(default_factory=dict, repr=False)
 
     def incoming(self, triangles: NDArray[np.int32] | None, bodies: Bodies | None) -> tuple[float, ...] | None:
         """Signed volume of each body of what entered in this frame, where what enters the next is another, since those
@@ -46,7 +48,8 @@ def longer(
         return None
     first = entered if before is None else before.entered
     since = leaving if corrected else entered if before is None else before.since
-    return Chain(modifier, first, since, leaving)
+    entries = {} if before is None else before.entries
+    return Chain(modifier, first, since, leaving, {**entries, modifier.persistent_uid: entered})
 
 
 def previous(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> bpy.types.NodesModifier | None:

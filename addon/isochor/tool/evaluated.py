@@ -58,7 +58,7 @@ class LatticePoints:
     shape: tuple[int, int, int]
     low: tuple[float, float, float]
     high: tuple[float, float, float]
-    deformed: Positions
+    deformed: NDArray[np.floating[Any]]
 
     @property
     def box(self) -> Box:

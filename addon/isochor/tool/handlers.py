@@ -10,7 +10,7 @@ from bpy.app.handlers import persistent
 
 import isochor
 
-from . import mixed_up, node_group, rest, stack, state
+from . import mixed_up, node_group, rest, stack, state, tie_settling
 
 
 @persistent
@@ -22,7 +22,7 @@ def frame_changed(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> No
 @persistent
 def depsgraph_updated(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """An edit of a lattice, a mesh, a socket, a transform: the objects that it reaches."""
-    state.refresh(state.updated_users(depsgraph), depsgraph)
+    state.refresh(state.updated_users(depsgraph, tie_settling.settle(depsgraph)), depsgraph)
     _redraw_sidebars(depsgraph)
 
 

@@ -21,6 +21,7 @@ from .divided import Divided
 from .drawn import Cuts
 from .entered import Entered
 from .lattice_weights import GroupCache
+from .side_by_side import Neighbours
 
 Key = tuple[int, int, str]
 """Session identifier of the object, identifier of the modifier in it, depsgraph mode."""
@@ -52,6 +53,7 @@ class Memory:
     blending: BlendingCache = field(default_factory=BlendingCache)
     divided: Divided = field(default_factory=Divided)
     pinned: pins.Corners = field(default_factory=pins.Corners)
+    neighbours: Neighbours = field(default_factory=Neighbours)
 
     @property
     def transform_before(self) -> NDArray[np.float64] | None:

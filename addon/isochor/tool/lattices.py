@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import node_group, sockets, stack
+from . import node_group, sockets, stack, tie_record
 
 Pair = tuple[bpy.types.Object, bpy.types.NodesModifier]
 
@@ -28,6 +28,13 @@ def users_of(lattice: bpy.types.Object) -> list[Pair]:
 
 
 def is_used(lattice: bpy.types.Object) -> bool:
-    """Whether anything but the collections that show it refers to the object."""
+    """Whether anything but the collections that show it, and the blocks that it is tied to, refers to the object."""
     users = bpy.data.user_map(subset=[lattice])[lattice]
-    return any(not isinstance(user, (bpy.types.Collection, bpy.types.Scene)) and user != lattice for user in users)
+    tied = [tie.other for tie in tie_record.of(lattice) if not _names(tie.other, lattice)]
+    beside = {lattice, *tied}
+    return any(not isinstance(user, (bpy.types.Collection, bpy.types.Scene)) and user not in beside for user in users)
+
+
+def _names(other: bpy.types.Object, lattice: bpy.types.Object) -> bool:
+    """Whether another lattice object needs this one in one of Blender's own ways."""
+    return other.parent == lattice or any(getattr(found, "object", None) == lattice for found in other.modifiers)

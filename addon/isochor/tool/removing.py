@@ -16,6 +16,7 @@ from . import (
     results,
     speed,
     stack,
+    tie_record,
 )
 
 
@@ -55,6 +56,8 @@ def _remove_unused(lattice: bpy.types.Object) -> None:
         return
     if baked_lattice.is_baked(lattice):
         baked_lattice.remove(baked_lattice.free(lattice))
+    for tied in tie_record.of(lattice):
+        tie_record.forget(tied)
     data = lattice.data
     bpy.data.objects.remove(lattice)
     if data is not None and data.users == 0:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import bpy
 
-from . import frame_memory, node_group, results, stack
+from . import frame_memory, lattices, node_group, results, stack
 from .job import Memory
 from .update import update_object
 
@@ -87,8 +87,9 @@ def edited_data(depsgraph: bpy.types.Depsgraph) -> set[int]:
     }
 
 
-def updated_users(depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object]:
-    """Objects with our modifier whose geometry or place has been evaluated anew."""
+def updated_users(depsgraph: bpy.types.Depsgraph, tied: list[bpy.types.Object]) -> list[bpy.types.Object]:
+    """Objects with our modifier whose geometry or place has been evaluated anew, or that one of the lattices ``tied``
+    shapes, each once."""
     if not node_group.all_groups():
         return []
     found = []
@@ -100,7 +101,8 @@ def updated_users(depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object]:
         original = update.id.original
         if original.type in stack.DEFORMED and any(map(stack.is_ours, original.modifiers)):
             found.append(original)
-    return found
+    beside = [obj for lattice in tied for obj, _modifier in lattices.users_of(lattice)]
+    return list(dict.fromkeys([*found, *beside]))
 
 
 def _keys(objects: list[bpy.types.Object]) -> list[tuple[int, int, str]]:

@@ -14,6 +14,7 @@ from ..core.bodies import Bodies
 from ..core.report import Report
 from ..core.request import Request, Vertices
 from ..core.settings import Settings
+from ..core.sharing import Share
 from ..core.solver import Outcome
 from . import (
     blending,
@@ -27,6 +28,7 @@ from . import (
     results,
     sockets,
     stack,
+    ties,
 )
 from .entered import Entered
 from .job import Job, Key, Memory
@@ -131,22 +133,31 @@ def _request(
     memory.bound.refuse_other(lattice.name, points.shape)
     lattice_edits = job.edits[lattice.data.original.session_uid]
     how, problems = blending.read(memory.blending, settings, lattice, lattice_edits)
+    beside = ties.beside(modifiers, job.modifier)
+    points, tie_problems = ties.followed(lattice, points, settings, job.depsgraph)
     bound = memory.bound.embedding(how)
     object_matrix, lattice_matrix = evaluated.matrix(job.obj_evaluated), evaluated.matrix(lattice)
     names = (job.obj.name, lattice.name)
     steady = memory.transform_before if bound is None else bound.grid.to_object
     transform = memory.placing.of(object_matrix, lattice_matrix, names)
+    transform = ties.widened(lattice, transform, points.box)
     transform = grid.steadied(transform, steady, object_matrix, lattice_matrix)
     rest_grid = grid.Grid(points.shape, points.low, points.high, how.basis, transform, how.interpolation, how.weights)
     influence, no_group = _influence(job, settings, len(positions))
     placed = rest_grid, bound, positions
     influence, no_own_group = blending.weakened(memory.blending, lattice, lattice_edits, placed, influence)
+    share = _share(job, memory, beside, positions, settings) if beside else None
+    if share is not None:
+        influence = share.weights if influence is None else share.weights * influence
+        settings = replace(settings, outside="Extend")
     triangles, no_triangles = _triangles(job, memory, modifiers, len(positions))
     bodies, region_problems = correction_inputs.bodies(job, memory, settings, triangles, len(positions))
     stiffness, stiffness_problems = correction_inputs.stiffness(job, memory, settings, lattice)
+    stiffness = ties.stiffened(stiffness, lattice, rest_grid, () if share is None else share.beyond)
     frame, frame_problems = correction_inputs.frame(job, settings, object_matrix, transform)
     pins, pin_problems = correction_inputs.pins(job, memory, modifiers, positions, triangles)
-    problems += [*no_group, *no_own_group, *region_problems, *stiffness_problems, *frame_problems, *pin_problems]
+    problems += [*no_group, *no_own_group, *tie_problems]
+    problems += [*region_problems, *stiffness_problems, *frame_problems, *pin_problems]
     if triangles is None and not no_triangles:
         settings = replace(settings, preserve=0.0)
     request = Request(
@@ -216,6 +227,19 @@ def _influence(job: Job, settings: Settings, count: int) -> tuple[NDArray[np.flo
         everywhere = settings.strength >= 1.0
         return (None if everywhere else np.full(count, settings.strength, np.float32)), problems
     return np.clip(mask[:count] * np.float32(settings.strength), 0.0, 1.0), problems
+
+
+def _share(
+    job: Job,
+    memory: Memory,
+    beside: list[tuple[bpy.types.NodesModifier, bpy.types.Object]],
+    positions: Vertices,
+    settings: Settings,
+) -> Share:
+    """What this block holds where several that are tied share the mesh: each vertex belongs to one alone."""
+    matrix, found = evaluated.matrix(job.obj_evaluated), memory.neighbours
+    grids = tuple(found.grid(other, lattice, settings.basis, matrix, job.depsgraph) for other, lattice in beside)
+    return found.share(beside, job.modifier, job.before, positions, grids, settings.outside == "Keep")
 
 
 def _triangles(

@@ -19,6 +19,7 @@ from .simulating import ISOCHOR_OT_free_simulation, ISOCHOR_OT_simulate
 from .squash_ground import ISOCHOR_OT_squash_from_ground
 from .squash_speed import ISOCHOR_OT_squash_from_speed
 from .twist_bone import ISOCHOR_OT_twist_from_bone
+from .tying import ISOCHOR_OT_tie_lattices, ISOCHOR_OT_untie_lattices
 
 LATTICE = (
     (ISOCHOR_OT_add, "MOD_LATTICE"),
@@ -26,6 +27,8 @@ LATTICE = (
     (ISOCHOR_OT_fit_lattice, "FULLSCREEN_EXIT"),
     (ISOCHOR_OT_refine, "MOD_MULTIRES"),
     (ISOCHOR_OT_mirror_lattice, "MOD_MIRROR"),
+    (ISOCHOR_OT_tie_lattices, "AUTOMERGE_ON"),
+    (ISOCHOR_OT_untie_lattices, "AUTOMERGE_OFF"),
     (ISOCHOR_OT_set_rest, "LINKED"),
     (ISOCHOR_OT_clear_rest, "UNLINKED"),
 )

@@ -10,7 +10,7 @@ import isochor
 from ..core import problem
 from ..core.report import Report
 from ..core.words import Sentence
-from ..tool import baked, chain, pin_collection, sockets, stack, state, words
+from ..tool import baked, chain, pin_collection, sockets, stack, state, tie_record, words
 from ..tool.lattices import users_of
 from .adding import ISOCHOR_OT_add
 from .choosing import active_object
@@ -101,6 +101,12 @@ def draw_modifier(
         grid.label(text=value, translate=False)
 
 
+def notes_on_ties(lattice: bpy.types.Object | None) -> list[str]:
+    """What a lattice is tied to."""
+    found = [] if lattice is None else tie_record.of(lattice)
+    return [problem.tied_to(tied.other.name, tied.continuity, tied.leads) for tied in found]
+
+
 def is_playing() -> bool:
     """Whether the animation plays in this window, so that the panel must not slow it down."""
     screen = bpy.context.screen
@@ -117,7 +123,7 @@ def notes(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> list[str]
     is_open = report is not None and report.has_surface and bool(report.problems) and not report.keeps_volume
     not_joined = [problem.NOT_WELDED] if is_open and obj.type in ("CURVE", "FONT") else []
     alone = [problem.in_no_scene(lattice.name)] if deleted else []
-    return [*frozen, *not_joined, *alone, *notes_on_chain(obj, modifier)]
+    return [*frozen, *not_joined, *alone, *notes_on_chain(obj, modifier), *notes_on_ties(lattice)]
 
 
 def notes_on_chain(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> list[str]:
