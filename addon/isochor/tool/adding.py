@@ -81,10 +81,17 @@ def lock_interface(scene: bpy.types.Scene) -> bool:
 
 
 def add_modifiers(
-    objects: list[bpy.types.Object], lattice: bpy.types.Object, basis: str, context: bpy.types.Context
+    objects: list[bpy.types.Object],
+    lattice: bpy.types.Object,
+    basis: str,
+    context: bpy.types.Context,
+    preserve: bool = True,
 ) -> list[str]:
-    """Gives each object the modifier, computes it once and keeps its rest volume; returns problems in plain words."""
+    """Gives each object the modifier, computes it once and keeps its rest volume, unless there is none to
+    ``preserve``; returns problems in plain words."""
     added = [(obj, _add_modifier(obj, lattice, basis)) for obj in objects]
+    for _obj, modifier in added if not preserve else ():
+        sockets.write(modifier, "Preserve", 0.0)
     results.ensure_own()
     context.view_layer.update()
     for obj, modifier in added:
