@@ -71,12 +71,11 @@ def test_its_points_move_the_object_out_of_its_plane_too(made, basis):
     for point in lattice.data.points:
         point.co_deform = np.array(point.co_deform) + random.uniform(-0.3, 0.3, 3)
     bpy.context.view_layer.update()
-    normal = None
     for name, points in things.shown(obj).items():
         assert np.abs(points - before[name]).max() > 0.02
         if basis == "Bernstein":
             wanted = flat_oracle(obj, lattice, before[name])
-            assert np.abs(points - wanted).max() < 3e-6, (name, normal)
+            assert np.abs(points - wanted).max() < 3e-6, name
 
 
 def flat_oracle(obj, lattice, points):
@@ -95,7 +94,7 @@ def flat_oracle(obj, lattice, points):
 
 @pytest.mark.parametrize("name", ["Squash", "Taper", "Twist", "Bend"])
 def test_the_panel_animate_and_the_overlay_work(made, name):
-    obj, modifier, lattice, before, shape = made
+    obj, modifier, _lattice, before, shape = made
     axis = "XYZ"[int(np.argmax(shape))]
     scenes.set_input(modifier, "Axis", axis)
     scenes.set_input(modifier, name, 0.5)
@@ -110,9 +109,7 @@ def test_the_panel_animate_and_the_overlay_work(made, name):
     (shown,) = overlay.shown([(obj, modifier)], bpy.context.evaluated_depsgraph_get(), isolines.Wanted())
     assert np.isfinite(shown.drawing.isolines).all()
     assert len(shown.drawing.points) == np.prod(shape)
-    assert len(shown.drawing.lattice) == 2 * sum(
-        (count - 1) * np.prod(shape) // count for count in shape
-    )
+    assert len(shown.drawing.lattice) == 2 * sum((count - 1) * np.prod(shape) // count for count in shape)
 
 
 def test_the_panel_numbers_fit_again_and_rest(made):

@@ -148,6 +148,23 @@ def between(names: list[str]) -> str:
     )
 
 
+def corrected_again(name: str) -> str:
+    """A later one of several Volume Lattices, of this name, corrects too."""
+    return Sentence(
+        "“{name}” further down corrects the volume again, and that alone is exact for all: Preserve can be 0 here.",
+        name=name,
+    )
+
+
+def last_leaves(name: str) -> str:
+    """The last of several Volume Lattices does not correct, though one before it does."""
+    return Sentence(
+        "“{name}” is the last and does not correct: what it adds or takes of the volume stays so. Set Preserve to 1"
+        " here rather than further up.",
+        name=name,
+    )
+
+
 def no_vertex_group(name: str) -> str:
     """The Vertex Group input names a group that the object lacks."""
     return Sentence(

@@ -8,7 +8,7 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ..core.words import named
-from . import node_group, own_points, rest, results, sockets, state
+from . import handing, node_group, own_points, rest, results, sockets, state
 
 MADE_BY_ADD = "isochor_made"
 """Custom property of a lattice object that isochor.add made, so that isochor.remove may take it away."""
@@ -85,13 +85,17 @@ def add_modifiers(
     lattice: bpy.types.Object,
     basis: str,
     context: bpy.types.Context,
+    only_last: bool = False,
     preserve: bool = True,
 ) -> list[str]:
-    """Gives each object the modifier, computes it once and keeps its rest volume, unless there is none to
-    ``preserve``; returns problems in plain words."""
+    """Gives each object the modifier, which with ``only_last`` corrects in place of one right before it, computes it
+    once and keeps its rest volume, unless there is none to ``preserve``; returns problems in plain words."""
     added = [(obj, _add_modifier(obj, lattice, basis)) for obj in objects]
-    for _obj, modifier in added if not preserve else ():
-        sockets.write(modifier, "Preserve", 0.0)
+    for obj, modifier in added:
+        if only_last:
+            handing.to_last(obj, modifier)
+        if not preserve:
+            sockets.write(modifier, "Preserve", 0.0)
     results.ensure_own()
     context.view_layer.update()
     for obj, modifier in added:

@@ -15,6 +15,7 @@ from ..core.request import Request, Vertices
 from ..core.solver import Outcome, Solver
 from . import evaluated, pins
 from .bound import BoundCache
+from .chain import Chain
 from .divided import Divided
 from .drawn import Cuts
 from .entered import Entered
@@ -67,6 +68,8 @@ class Job:
     depsgraph: bpy.types.Depsgraph
     edits: Counter[int]
     entered: Entered
+    before: Chain | None = None
+    """The Volume Lattices right before this one, computed just now."""
 
     @property
     def mesh_edits(self) -> int:

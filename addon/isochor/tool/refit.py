@@ -13,6 +13,7 @@ from . import (
     baked,
     baked_lattice,
     bound,
+    chain,
     control,
     evaluated,
     own_points,
@@ -112,7 +113,8 @@ def move(places: list[tuple[bpy.types.Object, Array]], context: bpy.types.Contex
 
 
 def measure_again(users: list[User], context: bpy.types.Context) -> None:
-    """Makes the volumes that enter now the rest volumes; of what is not evaluated, as soon as it is."""
+    """Makes the volumes that enter now the rest volumes of whole chains; of what is not evaluated, as soon as it is."""
+    users = chain.whole_of_all(users)
     for obj, modifier in users:
         for mode in results.INPUT_OF_MODE:
             result = results.of(modifier, mode)

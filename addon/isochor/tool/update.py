@@ -10,11 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import grid, problem, shaping
+from ..core.bodies import Bodies
 from ..core.report import Report
 from ..core.request import Request, Vertices
 from ..core.settings import Settings
 from ..core.solver import Outcome
-from . import correction_inputs, device, evaluated, frame_memory, incoming_nodes, rest_volumes, results, sockets, stack
+from . import (
+    chain,
+    correction_inputs,
+    device,
+    evaluated,
+    frame_memory,
+    incoming_nodes,
+    rest_volumes,
+    results,
+    sockets,
+    stack,
+)
 from .entered import Entered
 from .job import Job, Key, Memory
 
@@ -30,35 +42,33 @@ def update_object(
         return []
     modifiers = stack.active(obj, depsgraph.mode)
     touched = []
-    fresh: Vertices | None = None
+    before: chain.Chain | None = None
     for place, modifier in enumerate(modifiers):
         if not stack.is_ours(modifier):
             continue
         followed = bool(stack.following(modifiers, modifier))
         entered = Entered(obj_evaluated, str(modifier.persistent_uid), followed)
-        job = Job(obj, obj_evaluated, modifier, depsgraph, edits, entered)
+        chained = place > 0 and stack.is_ours(modifiers[place - 1])
+        job = Job(obj, obj_evaluated, modifier, depsgraph, edits, entered, before if chained else None)
         if sockets.read(job.evaluated_modifier, sockets.SLOT) != job.slot:
             continue
         if job.key not in memories:
             memories[job.key] = Memory(frame_memory.solver(job.mode))
         memory = memories[job.key]
-        chained = place > 0 and stack.is_ours(modifiers[place - 1])
-        fresh = _update_modifier(job, memory, modifiers, fresh if chained else None)
+        before = _update_modifier(job, memory, modifiers)
         touched.append(memory)
     return touched
 
 
-def _update_modifier(
-    job: Job, memory: Memory, modifiers: list[bpy.types.Modifier], fresh: Vertices | None
-) -> Vertices | None:
-    """Computes and writes one modifier; the vertices that leave it, or None where they cannot be known."""
+def _update_modifier(job: Job, memory: Memory, modifiers: list[bpy.types.Modifier]) -> chain.Chain | None:
+    """Computes and writes one modifier; the chain up to it, or None where it cannot be known what leaves it."""
     entered = memory.asked = None
     problems: list[str] = []
     result = results.of(job.modifier, job.mode)
     try:
         if result is not None and not result.is_editable:
             raise problem.Problem(problem.linked(job.obj.name))
-        entered = _entered(job, memory, modifiers, fresh)
+        entered = _entered(job, memory, modifiers)
         settings = sockets.read_settings(job.evaluated_modifier)
         memory.bound.look_at(result)
         request, problems = _request(job, memory, modifiers, entered, settings)
@@ -75,13 +85,14 @@ def _update_modifier(
         if outcome.vertices is not None or len(result.data.vertices):
             results.write(result, outcome.vertices)
         memory.written = outcome
-    return entered if outcome.vertices is None else outcome.vertices
+    leaving = entered if outcome.vertices is None else outcome.vertices
+    return chain.longer(job.before, job.modifier, entered, leaving, outcome.report.keeps_volume)
 
 
-def _entered(job: Job, memory: Memory, modifiers: list[bpy.types.Modifier], fresh: Vertices | None) -> Vertices:
+def _entered(job: Job, memory: Memory, modifiers: list[bpy.types.Modifier]) -> Vertices:
     """(V, 3) positions that entered the modifier, in object space."""
-    if fresh is not None:
-        return fresh
+    if job.before is not None:
+        return job.before.leaving
     is_mesh = job.obj.type == "MESH" and job.obj.data.shape_keys is None
     if is_mesh and modifiers[0] == job.modifier and job.obj.mode == "OBJECT":
         positions = _own_positions(job, memory)
@@ -142,6 +153,7 @@ def _request(
         control=grid.control_points(rest_grid, _shaped(memory, rest_grid, points, lattice_matrix, settings)),
         frame=frame,
         rest_volume=None,
+        incoming=_incoming(job, settings, triangles, bodies),
         settings=settings,
         device=device.chosen(),
         double=device.is_double(),
@@ -151,6 +163,15 @@ def _request(
         pins=pins,
     )
     return request, [*problems, *_between(modifiers, job.modifier)]
+
+
+def _incoming(
+    job: Job, settings: Settings, triangles: NDArray[np.int32] | None, bodies: Bodies | None
+) -> tuple[float, ...] | None:
+    """The volumes that Reference Incoming means, where they are not those of what enters the modifier itself."""
+    if job.before is None or settings.reference != "Incoming" or settings.preserve <= 0.0:
+        return None
+    return job.before.incoming(triangles, bodies)
 
 
 def _shaped(

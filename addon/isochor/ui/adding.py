@@ -60,11 +60,20 @@ class ISOCHOR_OT_add(bpy.types.Operator):
         description="Make the lattice a child of the active object, so that it moves along with it",
     )
 
+    only_last: bpy.props.BoolProperty(
+        name="Only the Last Corrects",
+        description="Where the mesh has a Volume Lattice already: the new one, behind it, takes over how the volume is"
+        " kept, for both of them, and the one before it only deforms",
+        default=True,
+    )
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if chosen_objects(context):
             return True
-        cls.poll_message_set("Select a mesh, curve, text, hair or point cloud first: Blender allows no such modifier on others")
+        cls.poll_message_set(
+            "Select a mesh, curve, text, hair or point cloud first: Blender allows no such modifier on others"
+        )
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -91,7 +100,7 @@ class ISOCHOR_OT_add(bpy.types.Operator):
             self.report({"INFO"}, "Lock Interface is now on in the Render menu: renders need it")
         if any(flat):
             self.report({"INFO"}, "Without thickness there is no volume to keep: Preserve is 0")
-        problems = adding.add_modifiers(objects, lattice, self.basis, context, preserve=not any(flat))
+        problems = adding.add_modifiers(objects, lattice, self.basis, context, self.only_last, preserve=not any(flat))
         for text in problems:
             self.report({"WARNING"}, words.reported(text))
         return {"FINISHED"}

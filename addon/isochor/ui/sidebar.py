@@ -10,7 +10,7 @@ import isochor
 from ..core import problem
 from ..core.report import Report
 from ..core.words import Sentence
-from ..tool import baked, pin_collection, sockets, stack, state, words
+from ..tool import baked, chain, pin_collection, sockets, stack, state, words
 from ..tool.lattices import users_of
 from .adding import ISOCHOR_OT_add
 from .choosing import active_object
@@ -116,7 +116,19 @@ def notes(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> list[str]
     report = None if memory is None else memory.report
     is_open = report is not None and report.has_surface and bool(report.problems) and not report.keeps_volume
     not_joined = [problem.NOT_WELDED] if is_open and obj.type in ("CURVE", "FONT") else []
-    return [*frozen, *not_joined, *([problem.in_no_scene(lattice.name)] if deleted else [])]
+    alone = [problem.in_no_scene(lattice.name)] if deleted else []
+    return [*frozen, *not_joined, *alone, *notes_on_chain(obj, modifier)]
+
+
+def notes_on_chain(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> list[str]:
+    """Who else in the row of Volume Lattices that this one stands in corrects, where that is not the last alone."""
+    row = [found for found in chain.whole(obj, modifier) if found.show_viewport]
+    correcting = [found for found in row if sockets.read(found, "Preserve") > 0.0]
+    if modifier not in row or not correcting:
+        return []
+    if modifier in correcting and modifier != correcting[-1]:
+        return [problem.corrected_again(correcting[-1].name)]
+    return [problem.last_leaves(modifier.name)] if modifier == row[-1] and modifier != correcting[-1] else []
 
 
 def draw_text(layout: bpy.types.UILayout, text: str, icon: str, width: int) -> None:
