@@ -20,6 +20,7 @@ from .ui import (
     physics,
     pin_panel,
     pinning,
+    points,
     preferences,
     removing,
     sidebar,
@@ -31,7 +32,8 @@ from .ui import (
 )
 
 DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
-OPERATORS = (adding, fitting, binding, mirroring, pinning, *DRIVING, simulating, measuring, baking, applying, removing)
+RESULTS = (points, measuring, baking, applying)
+OPERATORS = (adding, fitting, binding, mirroring, pinning, *DRIVING, simulating, *RESULTS, removing)
 PANELS = (sidebar, binding_panel, pin_panel, animate_panel, physics, bake_panel, overlay, volume_curve)
 PARTS = (languages, preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
 

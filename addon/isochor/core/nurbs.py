@@ -41,9 +41,7 @@ class Direction:
             return False
         if not self.bezier:
             return True
-        return (self.endpoint or self.points > self.order) and (
-            not self.cyclic or self.points % (self.order - 1) == 0
-        )
+        return (self.endpoint or self.points > self.order) and (not self.cyclic or self.points % (self.order - 1) == 0)
 
 
 @dataclass(frozen=True)
@@ -62,10 +60,7 @@ def knots(direction: Direction) -> Array:
     order, cyclic = direction.order, direction.cyclic
     count = direction.points + order + (order - 1 if cyclic else 0)
     inner = order - 1 if direction.bezier else 1
-    if direction.endpoint:
-        first = order - (1 if cyclic else 0)
-    else:
-        first = min(2, inner) if direction.bezier else 1
+    first = order - (1 if cyclic else 0) if direction.endpoint else min(2, inner) if direction.bezier else 1
     tail = 2 * order - 1 if cyclic else (order if direction.endpoint else 0)
     lone = 1 if direction.endpoint and cyclic else 0
     found, current, left = [0.0] * lone, float(lone), first
