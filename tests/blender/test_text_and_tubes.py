@@ -86,6 +86,23 @@ def test_a_curve_deforms_while_it_is_edited():
     bpy.ops.object.mode_set(mode="OBJECT")
 
 
+def test_a_text_deforms_while_it_is_typed():
+    obj = welded_text()
+    bpy.ops.isochor.add()
+    before = things.shown(obj)["mesh"]
+    scenes.set_input(obj.modifiers.active, "Squash", 0.5)
+    bpy.context.view_layer.update()
+    squashed = np.ptp(things.shown(obj)["mesh"][:, 2])
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.font.text_insert(text="o")
+    bpy.context.view_layer.update()
+    typed = things.shown(obj)["mesh"]
+    assert len(typed) > len(before)
+    assert abs(np.ptp(typed[:, 2]) / squashed - 1.0) < 0.35
+    assert np.ptp(typed[:, 2]) < 0.9 * np.ptp(before[:, 2])
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
 def test_in_edit_mode_the_selected_points_are_fitted():
     obj = things.curve("BEZIER", things.path(5))
     bpy.ops.object.mode_set(mode="EDIT")

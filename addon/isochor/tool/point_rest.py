@@ -86,6 +86,8 @@ def remove(shown: bpy.types.ID | None) -> None:
         return
     animation = shown.shape_keys.animation_data if shown.shape_keys is not None else None
     action = None if animation is None else animation.action
+    if animation is not None:
+        shown.shape_keys.animation_data_clear()
     holder = bpy.data.lattices if isinstance(shown, bpy.types.Lattice) else bpy.data.curves
     holder.remove(shown)
     if action is not None and action.users == 0:
@@ -99,6 +101,8 @@ def _onto_copy(obj: bpy.types.Object, what: str) -> None:
     data.name = f"{rest.name} {what}"
     obj.data = data
     if data.shape_keys is not None:
+        # Before Blender 5 clearing keys alone leaves their action counted as used.
+        data.shape_keys.animation_data_clear()
         obj.shape_key_clear()
     if any(path.startswith(POINT_PATHS) for path in animated.paths(data)):
         data.animation_data_clear()
