@@ -256,3 +256,16 @@ def test_what_cannot_be_deformed_says_why():
     scenes.choose(bpy.context.object)
     with pytest.raises(RuntimeError, match="Metaballs have no points"):
         bpy.ops.isochor.deform_points()
+
+
+@pytest.mark.parametrize("kind", ["surface", "lattice", "metaball"])
+def test_blender_lets_no_such_modifier_onto_these_and_adding_says_so(kind):
+    if kind == "metaball":
+        bpy.ops.object.metaball_add()
+    elif kind == "lattice":
+        scenes.choose(target_lattice())
+    else:
+        surface()
+    assert bpy.context.object.modifiers.new("Try", "NODES") is None
+    with pytest.raises(RuntimeError, match="there is Deform Points"):
+        bpy.ops.isochor.add()

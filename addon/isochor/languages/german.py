@@ -33,7 +33,7 @@ TEXTS = {
     "Along the axes that the lattice has": "Entlang der Achsen, die das Gitter hat",
     "Margin": "Rand",
     "Room on each side, as a fraction of the box's size": "Platz auf jeder Seite, als Bruchteil der Größe des Quaders",
-    "Select a mesh, curve, text, hair or point cloud first: Blender allows no such modifier on others": "Zuerst ein Netz, eine Kurve, einen Text, Haare oder eine Punktwolke auswählen: Bei anderen lässt Blender keinen solchen Modifikator zu",
+    "Select a mesh, curve, text, hair or point cloud first. Blender allows no such modifier on others; for surfaces and lattices there is Deform Points": "Zuerst ein Netz, eine Kurve, einen Text, Haare oder eine Punktwolke auswählen. Bei anderen lässt Blender keinen solchen Modifikator zu; für Flächen und Gitter gibt es „Punkte verformen“",
     "The selected objects have no Volume Lattice": "Die ausgewählten Objekte haben kein Volumengitter",
     "Lock Interface is now on in the Render menu: renders need it": "Im Menü Rendern ist jetzt die Sperre der Oberfläche eingeschaltet: das Rendern braucht sie",
     # The modifier's inputs
