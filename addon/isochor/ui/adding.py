@@ -72,8 +72,8 @@ class ISOCHOR_OT_add(bpy.types.Operator):
         if chosen_objects(context):
             return True
         cls.poll_message_set(
-            "Select a mesh, curve, text, hair or point cloud first. Blender allows no such modifier on others; for surfaces"
-            " and lattices there is Deform Points"
+            "Select a mesh, curve, text, hair or point cloud first. Blender allows no such modifier on others; for"
+            " surfaces and lattices there is Deform Points"
         )
         return False
 
