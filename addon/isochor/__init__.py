@@ -12,6 +12,7 @@ from .ui import (
     bend_empty,
     binding,
     binding_panel,
+    converting,
     fitting,
     measuring,
     menus,
@@ -22,6 +23,7 @@ from .ui import (
     pinning,
     points,
     preferences,
+    refining,
     removing,
     sidebar,
     simulating,
@@ -33,7 +35,8 @@ from .ui import (
 
 DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
 RESULTS = (points, measuring, baking, applying)
-OPERATORS = (adding, fitting, binding, mirroring, pinning, *DRIVING, simulating, *RESULTS, removing)
+SHAPING = (adding, converting, fitting, refining, binding, mirroring, pinning)
+OPERATORS = (*SHAPING, *DRIVING, simulating, *RESULTS, removing)
 PANELS = (sidebar, binding_panel, pin_panel, animate_panel, physics, bake_panel, overlay, volume_curve)
 PARTS = (languages, preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
 

@@ -54,7 +54,7 @@ def add(scene: Scene, _folder: Path) -> str:
     if mesh is None or len(mesh.modifiers) >= MODIFIERS_AT_MOST:
         return NOTHING
     scenes.choose(mesh)
-    side, basis = scene.random.choice((2, 3, 4, 5)), scene.random.choice(("BERNSTEIN", "BSPLINE"))
+    side, basis = scene.random.choice((2, 3, 4, 5)), scene.random.choice(("BERNSTEIN", "BSPLINE", "BLENDER"))
     answer = attempt(
         bpy.ops.isochor.add,
         resolution=(side, scene.random.choice((2, 4)), side),
@@ -63,6 +63,20 @@ def add(scene: Scene, _folder: Path) -> str:
         margin=scene.random.choice((0.0, 0.05, 0.5)),
     )
     return f"add {mesh.name} {basis} {side} {answer}"
+
+
+def convert(scene: Scene, _folder: Path) -> str:
+    mesh, lattice = scene.some_mesh(), scene.some_lattice()
+    if mesh is None or lattice is None or len(mesh.modifiers) >= MODIFIERS_AT_MOST:
+        return NOTHING
+    modifier = mesh.modifiers.new("Lattice", "LATTICE")
+    modifier.object = scene.random.choice((lattice, lattice, None))
+    modifier.strength = scene.random.choice((1.0, 0.5, 1.5))
+    scenes.choose(mesh)
+    answer = attempt(bpy.ops.isochor.convert, preserve=scene.random.random() < 0.5)
+    for left in [other for other in mesh.modifiers if other.type == "LATTICE"]:
+        mesh.modifiers.remove(left)
+    return f"convert {mesh.name} {answer}"
 
 
 def remove(scene: Scene, _folder: Path) -> str:
@@ -82,7 +96,12 @@ def fit_again(scene: Scene, _folder: Path) -> str:
 
 
 def refine(scene: Scene, _folder: Path) -> str:
-    return on_users(scene, bpy.ops.isochor.fit_lattice, resolution=(scene.random.choice((3, 5, 6)), 0, 0))
+    few = [lattice for lattice in scene.lattices() if len(lattice.data.points) <= 216]
+    if len(few) < len(scene.lattices()):
+        return NOTHING
+    count = scene.random.choice((0, 3, 5, 6))
+    operator = scene.random.choice((bpy.ops.isochor.fit_lattice, bpy.ops.isochor.refine))
+    return on_users(scene, operator, resolution=(count, 0, 0))
 
 
 def mirror(scene: Scene, _folder: Path) -> str:
@@ -118,6 +137,7 @@ def apply(scene: Scene, _folder: Path) -> str:
         as_shape_key=as_key,
         keep_modifier=as_key and scene.random.random() < 0.5,
         single_user=scene.random.random() < 0.5,
+        tolerance=scene.random.choice((0.0, 0.0, 0.1)),
     )
 
 
@@ -206,13 +226,14 @@ def assign_group(scene: Scene, _folder: Path) -> str:
 
 ACTIONS = {
     add: 9,
+    convert: 3,
     remove: 3,
     set_input: 14,
     assign_group: 2,
     set_rest: 3,
     clear_rest: 1,
     fit_again: 2,
-    refine: 1,
+    refine: 2,
     mirror: 2,
     measure: 1,
     picture_of_curve: 1,

@@ -269,3 +269,26 @@ def test_blender_lets_no_such_modifier_onto_these_and_adding_says_so(kind):
     assert bpy.context.object.modifiers.new("Try", "NODES") is None
     with pytest.raises(RuntimeError, match="there is Deform Points"):
         bpy.ops.isochor.add()
+
+
+@pytest.mark.parametrize("kind", ["KEY_LINEAR", "KEY_CARDINAL", "KEY_CATMULL_ROM", "KEY_BSPLINE"])
+def test_with_the_basis_blender_points_go_where_its_own_modifier_takes_them(made, kind):
+    obj, lattice = made
+    for name in ("interpolation_type_u", "interpolation_type_v", "interpolation_type_w"):
+        setattr(lattice.data, name, kind)
+    # Its control points, not the mesh that Blender makes of them.
+    scenes.native_lattice(obj, lattice).use_apply_on_spline = True
+    bpy.context.view_layer.update()
+    wanted = seen(obj)
+    obj.modifiers.clear()
+    assert bpy.ops.isochor.deform_points(basis="BLENDER", outside="EXTEND", preserve=0.0) == {"FINISHED"}
+    bpy.context.view_layer.update()
+    assert np.abs(seen(obj) - wanted).max() < 5e-6
+
+
+def seen(obj):
+    """What Blender evaluates: points of a lattice, else all that is drawn."""
+    if obj.type != "LATTICE":
+        return np.concatenate([points for name, points in things.shown(obj).items() if "handle" not in name])
+    held = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    return np.array([tuple(point.co_deform) for point in held.data.points], np.float64)

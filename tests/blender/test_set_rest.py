@@ -135,7 +135,7 @@ def test_vertices_are_embedded_where_the_shape_holds_them():
     grid, bound = scenes.part("core.grid"), scenes.part("tool.bound")
     cache = bound.BoundCache()
     cache.look_at(scenes.get_input(ball.modifiers[0], "Viewport Result"))
-    embedding = cache.embedding("Bernstein")
+    embedding = cache.embedding(scenes.part("core.blending").Blending("Bernstein"))
     native = grid.build_lattice(embedding.grid)
     own = scenes.positions(ball.data)
     parameters, inside = native.invert(own, embedding.control)

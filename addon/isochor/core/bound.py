@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import problem
+from .blending import Blending
 from .grid import Grid, build_lattice, control_points
 from .volume import SINGLE
 
@@ -46,9 +47,10 @@ class BoundShape:
     to_object: Array
     points: NDArray[np.float32] = field(repr=False)
 
-    def embedding(self, basis: str) -> Embedding:
-        """For one of settings.BASES."""
-        grid = Grid(self.shape, self.low, self.high, basis, self.to_object)
+    def embedding(self, blending: Blending) -> Embedding:
+        """Where control points blend like that."""
+        how = blending.basis, self.to_object, blending.interpolation, blending.weights
+        grid = Grid(self.shape, self.low, self.high, *how)
         return Embedding(grid, control_points(grid, self.points))
 
     @property
@@ -60,7 +62,7 @@ class BoundShape:
     def refuse_flat(self) -> None:
         """Raises a Problem where the points, in object space, leave no room inside."""
         extents = np.array(self.shape) > 1
-        points = self.embedding("").control.reshape(-1, 3)
+        points = self.embedding(Blending("Bernstein")).control.reshape(-1, 3)
         sizes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
         if extents.any() and sizes[extents.sum() - 1] <= FLAT * sizes[0]:
             raise problem.Problem(problem.flat_shape(self.lattice))

@@ -38,7 +38,7 @@ class Frame:
         """Everything of size that is kept with it, each array once."""
         request, report = self.request, self.outcome.report
         solved = None if report.result is None else report.result.vertices
-        asked = request.positions, request.influence, request.control, request.stiffness
+        asked = request.positions, request.influence, request.control, request.stiffness, request.grid.weights
         every = (*asked, self.outcome.vertices, solved, report.control)
         return list({id(array): array for array in every if array is not None}.values())
 

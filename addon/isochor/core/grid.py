@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 import isochor
 
 from . import problem
+from .arrays import same_array
+from .blending import NATIVE_INTERPOLATION, Blending
 from .settings import BSPLINE_DEGREE
 
 Array = NDArray[np.float64]
@@ -21,21 +23,28 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Grid:
-    """A lattice's resolution, the box of its undeformed points in its own space, and the way from there into the
-    space of the object that it deforms."""
+    """A lattice's resolution, the box of its undeformed points in its own space, the way from there into the space of
+    the object that it deforms, and how its points blend, as ``Blending`` says."""
 
     shape: tuple[int, int, int]
     low: tuple[float, float, float]
     high: tuple[float, float, float]
     basis: str
     to_object: Array
+    interpolation: tuple[str, str, str] | None = None
+    weights: Array | None = field(default=None, repr=False)
 
     def same_as(self, other: "Grid | None") -> bool:
         """Whether the two grids hold the same numbers."""
         if other is None:
             return False
         box, other_box = (self.shape, self.low, self.high), (other.shape, other.low, other.high)
-        return box == other_box and self.basis == other.basis and np.array_equal(self.to_object, other.to_object)
+        return box == other_box and self.blends_as(other) and np.array_equal(self.to_object, other.to_object)
+
+    def blends_as(self, other: "Grid | Blending") -> bool:
+        """Whether points blend alike."""
+        same = (self.basis, self.interpolation) == (other.basis, other.interpolation)
+        return same and same_array(self.weights, other.weights)
 
 
 def relative_transform(object_matrix: Array, lattice_matrix: Array, names: tuple[str, str]) -> Array:
@@ -95,7 +104,8 @@ def layers_outside(points: int, degree: int) -> float:
 
 def domain_box(grid: Grid) -> tuple[Array, Array]:
     """First and last corner, in lattice space, of what the basis reaches: the grid, less the layers that stand outside
-    a B-spline's domain; one unit thick where the grid is flat."""
+    a B-spline's domain; one unit thick where the grid is flat. Blender's own basis reaches a cell further, where it
+    moves vertices outside too: that counts as outside."""
     low, high = np.array(grid.low), np.array(grid.high)
     flat = np.array(grid.shape) == 1
     low, high = np.where(flat, low - 0.5, low), np.where(flat, high + 0.5, high)
@@ -120,8 +130,18 @@ def build_lattice(grid: Grid) -> isochor.Lattice:
             knots="uniform",
             origin=origin,
             edges=edges,
+            weights=grid.weights,
         )
-    return isochor.Lattice(shape=grid.shape, basis="bernstein", origin=origin, edges=edges)
+    if grid.basis == "Blender" and grid.interpolation is not None:
+        return isochor.Lattice(
+            shape=grid.shape,
+            basis="blender",
+            interpolation=[NATIVE_INTERPOLATION[name] for name in grid.interpolation],
+            origin=origin,
+            edges=edges,
+            weights=grid.weights,
+        )
+    return isochor.Lattice(shape=grid.shape, basis="bernstein", origin=origin, edges=edges, weights=grid.weights)
 
 
 def control_points(grid: Grid, points: NDArray[Any]) -> Array:

@@ -51,11 +51,14 @@ class Drawing:
     moved: Array = field(repr=False)
 
 
-def drawing(lattice: isochor.Lattice, asked: Array, control: Array, wanted: Wanted | None) -> Drawing:
+def drawing(
+    lattice: isochor.Lattice, asked: Array, control: Array, wanted: Wanted | None, bound: bool = False
+) -> Drawing:
     """What there is to draw of control points (nu, nv, nw, 3) as ``asked`` and as corrected (``control``); without
-    iso-parameter lines where None of them are wanted."""
+    iso-parameter lines where None of them are wanted. ``bound``: whether the lattice was shaped when its rest was set.
+    """
     flat, before = control.reshape(-1, 3), asked.reshape(-1, 3)
-    lines = np.empty((0, 3)) if wanted is None else isolines(lattice, control, wanted)
+    lines = np.empty((0, 3)) if wanted is None else isolines(lattice, control, wanted, bound)
     return Drawing(
         lattice=single(flat[neighbours(control.shape[:3]).reshape(-1)]),
         isolines=single(lines),
@@ -95,10 +98,15 @@ def isoparameters(wanted: Wanted) -> Array:
     return lines.reshape(-1, len(along), 3)
 
 
-def isolines(lattice: isochor.Lattice, control: Array, wanted: Wanted) -> Array:
+def isolines(lattice: isochor.Lattice, control: Array, wanted: Wanted, bound: bool = False) -> Array:
     """(2S, 3) straight pieces, as pairs of points, of the deformed space's iso-parameter lines."""
     parameters = isoparameters(wanted)
-    curves = np.asarray(lattice.evaluate(parameters.reshape(-1, 3), control)).reshape(parameters.shape)
+    flat = parameters.reshape(-1, 3)
+    curves = np.asarray(lattice.evaluate(flat, control))
+    if lattice.weights is not None and not bound:
+        # The rational map alone does not leave the lattice at rest in its place: the mesh moves by its change.
+        curves = curves - lattice.evaluate(flat, lattice.rest) + lattice.origin + flat @ np.asarray(lattice.edges)
+    curves = curves.reshape(parameters.shape)
     pieces: Array = np.stack([curves[:, :-1], curves[:, 1:]], axis=2).reshape(-1, 3)
     return pieces
 

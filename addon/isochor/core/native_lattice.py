@@ -2,7 +2,8 @@
 """Isochor's lattices as Blender's own Lattice modifier evaluates them, where the two can hold the very same map.
 
 Blender's Lattice modifier knows per axis: KEY_LINEAR, which between two points is Bernstein's degree 1 and beyond them
-follows the nearest end; and KEY_BSPLINE, the uniform cubic, whose domain is the grid less one layer on each side. Both
+follows the nearest end; and KEY_BSPLINE, the uniform cubic, whose domain is the grid less one layer on each side; and
+two more, of which ours has its own basis "Blender", with the very points and types that Blender's lattice has. All
 move points by the displacement of the control points, as ours do. So axis by axis, each independent of the others:
 
 * one point, or degree 1: the same points, KEY_LINEAR;
@@ -49,6 +50,8 @@ class NativeAxis:
     matrix: Array
     low: float
     high: float
+    is_blenders: bool = False
+    """Whether ours blends as Blender's does, outside too."""
 
     @property
     def count(self) -> int:
@@ -57,15 +60,15 @@ class NativeAxis:
 
     @property
     def follows_nearest(self) -> bool:
-        """Whether a point beyond the domain takes the displacement of the nearest one in it, as Outside: Extend."""
-        return self.interpolation == LINEAR
+        """Whether a point beyond the domain moves as with ours that has Outside at Extend."""
+        return self.is_blenders or self.interpolation == LINEAR
 
 
 Axes = tuple[NativeAxis, ...]
 
 
 def degree_of(grid: Grid, axis: int) -> int:
-    """Polynomial degree along one axis; 0 where there is one point."""
+    """Polynomial degree along one axis, of Bernstein or B-Splines; 0 where there is one point."""
     points = grid.shape[axis]
     if points == 1:
         return 0
@@ -74,9 +77,17 @@ def degree_of(grid: Grid, axis: int) -> int:
 
 def native_axes(grid: Grid) -> Axes:
     """The three axes of Blender's lattice; none where one has a degree above 3, which Blender does not know."""
+    if grid.interpolation is not None:
+        return tuple(_blenders_axis(grid, axis) for axis in range(3))
     if any(degree_of(grid, axis) > HIGHEST_DEGREE for axis in range(3)):
         return ()
     return tuple(_native_axis(grid, axis) for axis in range(3))
+
+
+def _blenders_axis(grid: Grid, axis: int) -> NativeAxis:
+    points, types = grid.shape[axis], grid.interpolation or (LINEAR, LINEAR, LINEAR)
+    flat = 0.5 if points == 1 else 0.0
+    return NativeAxis(types[axis], np.eye(points), grid.low[axis] - flat, grid.high[axis] + flat, True)
 
 
 def _native_axis(grid: Grid, axis: int) -> NativeAxis:

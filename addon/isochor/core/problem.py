@@ -207,22 +207,33 @@ def empty_region(name: str) -> str:
     )
 
 
-def no_stiffness_group(name: str, lattice: str) -> str:
-    """The Stiffness input names a group that the lattice lacks."""
+def no_lattice_group(name: str, lattice: str, use: str) -> str:
+    """An input, ``use``, names a group that the lattice lacks."""
     return Sentence(
-        "The lattice “{lattice}” has no vertex group “{name}”: correct the name in the modifier's Stiffness input, or"
+        "The lattice “{lattice}” has no vertex group “{name}”: correct the name in the modifier's input {input}, or"
         " clear it.",
         name=name,
         lattice=lattice,
+        input=use,
     )
 
 
-def stiffness_in_edit_mode(lattice: str) -> str:
-    """Blender does not tell the groups of points of a lattice in Edit Mode."""
+def group_in_edit_mode(lattice: str, use: str) -> str:
+    """Blender does not tell the groups of points of a lattice in Edit Mode; ``use`` is what names the group."""
     return Sentence(
-        "The Stiffness of “{lattice}” is read again when you leave its Edit Mode; until then all points are free.",
+        "The {input} of “{lattice}” is read again when you leave its Edit Mode; until then all points are alike.",
         lattice=lattice,
+        input=use,
     )
+
+
+WEIGHTS_OVERSHOOT = (
+    "Weights do not go with Cardinal or Catmull-Rom: choose Linear or B-Spline in the lattice's data, or clear Weights."
+)
+JOINT_EXTENDS = (
+    "Joint says how the moved part joins vertices that stay outside, but Outside is Extend: set it to Keep, or Joint to"
+    " Free."
+)
 
 
 def flat_frame(name: str) -> str:
@@ -397,29 +408,6 @@ def skewed_by_parent(name: str) -> str:
 def resolution_in_edit_mode(name: str) -> str:
     """Blender changes the number of a lattice's points in Object Mode only."""
     return Sentence("“{name}” is in Edit Mode: leave that to change its resolution.", name=name)
-
-
-def resolution_with_shape_keys(name: str) -> str:
-    """Blender does not change the number of points of a lattice that has shape keys."""
-    return Sentence("“{name}” has shape keys, so its resolution cannot change: leave Resolution at 0.", name=name)
-
-
-def resolution_of_splines(name: str) -> str:
-    """Only a Bernstein lattice has the same deformation with more points."""
-    return Sentence(
-        "“{name}” deforms with B-Splines, which would deform otherwise with more points: leave Resolution at 0.",
-        name=name,
-    )
-
-
-def resolution_lower(name: str, shape: tuple[int, int, int]) -> str:
-    """Fewer points cannot hold the deformation."""
-    return Sentence(
-        "“{name}” has {shape} points, and fewer would lose some of its deformation: raise Resolution, or leave it at"
-        " 0.",
-        name=name,
-        shape=" × ".join(map(str, shape)),
-    )
 
 
 def nothing_carried(lattice: str, names: str) -> str:

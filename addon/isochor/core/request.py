@@ -12,7 +12,7 @@ from .bodies import Bodies
 from .bound import Embedding
 from .grid import Grid
 from .pins import Pins, same_pins
-from .settings import Settings
+from .settings import JOINTS, Settings
 
 Vertices = NDArray[np.floating[Any]]
 
@@ -50,6 +50,13 @@ class Request:
     stiffness: NDArray[np.float64] | None = field(default=None, repr=False)
     pins: Pins | None = None
     incoming: tuple[float, ...] | None = None
+
+    @property
+    def continuity(self) -> int | None:
+        """How smoothly what moves joins vertices that stay outside; None for no care about that."""
+        if self.settings.outside != "Keep" or self.settings.joint == JOINTS[0]:
+            return None
+        return JOINTS.index(self.settings.joint) - 1
 
     @property
     def has_surface(self) -> bool:

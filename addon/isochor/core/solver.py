@@ -204,8 +204,10 @@ class Solver:
                 rest=request.rest_control,
                 bodies=labels,
                 caps=bodies is not None and bodies.close_holes,
+                **joint,
             )
 
+        joint = {} if request.continuity is None else {"continuity": request.continuity}
         bodies = request.bodies
         labels = None if bodies is None else bodies.labels(request.positions, request.triangles)
         self._no_device = ""
@@ -221,6 +223,7 @@ class Solver:
             and request.divides_as(before)
             and len(request.positions) == len(before.positions)
             and request.settings.outside == before.settings.outside
+            and request.continuity == before.continuity
             and (request.device, request.double) == (before.device, before.double)
             and (request.influence is None) == (before.influence is None)
             and (request.bound is None) == (before.bound is None)

@@ -13,7 +13,7 @@ from . import handing, node_group, own_points, rest, results, sockets, state
 MADE_BY_ADD = "isochor_made"
 """Custom property of a lattice object that isochor.add made, so that isochor.remove may take it away."""
 
-BASIS_NAMES = {"BERNSTEIN": "Bernstein", "BSPLINE": "B-Spline"}
+BASIS_NAMES = {"BERNSTEIN": "Bernstein", "BSPLINE": "B-Spline", "BLENDER": "Blender"}
 
 
 def world_points(obj: bpy.types.Object, context: bpy.types.Context) -> NDArray[np.float64]:
@@ -90,7 +90,7 @@ def add_modifiers(
 ) -> list[str]:
     """Gives each object the modifier, which with ``only_last`` corrects in place of one right before it, computes it
     once and keeps its rest volume, unless there is none to ``preserve``; returns problems in plain words."""
-    added = [(obj, _add_modifier(obj, lattice, basis)) for obj in objects]
+    added = [(obj, new_modifier(obj, lattice, basis)) for obj in objects]
     for obj, modifier in added:
         if only_last:
             handing.to_last(obj, modifier)
@@ -104,7 +104,8 @@ def add_modifiers(
     return [named(obj.name, text) for obj, memory in memories if memory is not None for text in memory.report.problems]
 
 
-def _add_modifier(obj: bpy.types.Object, lattice: bpy.types.Object, basis: str) -> bpy.types.NodesModifier:
+def new_modifier(obj: bpy.types.Object, lattice: bpy.types.Object, basis: str) -> bpy.types.NodesModifier:
+    """The modifier, last in the object's stack and active, with nothing computed yet."""
     modifier = obj.modifiers.new(node_group.NAME, "NODES")
     modifier.node_group = node_group.ensure()
     modifier.show_group_selector = False

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..core import problem
 from ..core.words import Sentence, named, together
-from . import baked, removing, stack, state
+from . import baked, removing, splitting, stack, state
 
 Shape = NDArray[np.float32]
 Pair = tuple[bpy.types.Object, bpy.types.NodesModifier]
@@ -24,6 +24,17 @@ class How:
     as_shape_key: bool = False
     keep_modifier: bool = False
     single_user: bool = False
+    tolerance: float = 0.0
+    """Where above 0, in world units: faces are split until edges are no farther than that from the deformed space."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """What is to be applied to one object: (V, 3), of the mesh after it is ``split`` where that is asked for."""
+
+    shape: Shape
+    warnings: list[str]
+    split: splitting.Splitted | None = None
 
 
 def apply(pairs: list[Pair], how: How, context: bpy.types.Context) -> list[str]:
@@ -40,10 +51,18 @@ def apply(pairs: list[Pair], how: How, context: bpy.types.Context) -> list[str]:
     for obj, modifier in pairs:
         _shown(obj, modifier, context)
     chosen = [modifier for _, modifier in pairs]
-    found = [_made_alone(obj, modifier, chosen, context) for obj, modifier in pairs]
-    for (obj, modifier), (shape, _warnings) in zip(pairs, found, strict=True):
-        _take(obj, modifier, shape, how)
-    return [text for _shape, warnings in found for text in warnings]
+    _refuse_chains(pairs, how)
+    made: list[Made] = []
+    try:
+        for obj, modifier in pairs:
+            made.append(_made_alone(obj, modifier, chosen, how, context))
+        for (obj, modifier), one in zip(pairs, made, strict=True):
+            _take(obj, modifier, one, how)
+    finally:
+        for one in made:
+            if one.split is not None:
+                one.split.mesh.free()
+    return [text for one in made for text in one.warnings]
 
 
 def shared(obj: bpy.types.Object) -> bool:
@@ -89,6 +108,11 @@ def _mesh_refusal(obj: bpy.types.Object, how: How) -> str | None:
         )
     if mesh.shape_keys is None:
         return None
+    if how.tolerance > 0.0:
+        return Sentence(
+            "“{name}” has shape keys, which split faces do not have: set Tolerance to 0, or remove them first.",
+            name=name,
+        )
     if not how.as_shape_key:
         return Sentence(
             "“{name}” has shape keys, which a new shape would contradict: apply as shape key, or remove them first.",
@@ -139,8 +163,9 @@ def _made_alone(
     obj: bpy.types.Object,
     modifier: bpy.types.NodesModifier,
     chosen: list[bpy.types.NodesModifier],
+    how: How,
     context: bpy.types.Context,
-) -> tuple[Shape, list[str]]:
+) -> Made:
     """The shape that the modifier makes of the object's mesh, without the modifiers before it that stay, as Blender
     applies a modifier that is not the first; and warnings."""
     before = [other for other in _on_before(obj, modifier) if other not in chosen]
@@ -148,6 +173,7 @@ def _made_alone(
         _evaluate([obj], context)
         shape = _shown(obj, modifier, context)
         memory = state.recall(obj, modifier)
+    split = splitting.split(obj, memory, how.tolerance) if how.tolerance > 0.0 and memory is not None else None
     warnings: list[str] = [] if memory is None else [named(obj.name, text) for text in memory.report.problems]
     if before:
         names = ", ".join(other.name for other in before)
@@ -159,17 +185,35 @@ def _made_alone(
                 modifier=modifier.name,
             )
         )
-    return shape, warnings
+    if split is not None and split.left:
+        warnings.append(splitting.left_over(obj.name, split.left))
+    return Made(shape if split is None else split.shape, warnings, split)
 
 
-def _take(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, shape: Shape, how: How) -> None:
+def _refuse_chains(pairs: list[Pair], how: How) -> None:
+    """Raises Problem where faces are to be split for several lattices of one object at once."""
+    objects = [obj for obj, _ in pairs]
+    for obj in dict.fromkeys(objects) if how.tolerance > 0.0 else ():
+        if objects.count(obj) > 1:
+            raise problem.Problem(
+                Sentence(
+                    "“{name}” has several Volume Lattices to apply, and faces can be split for one at a time: select"
+                    " the mesh alone, and apply one after the other.",
+                    name=obj.name,
+                )
+            )
+
+
+def _take(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, made: Made, how: How) -> None:
     """Gives the shape to the mesh, its own from now on, and takes the modifier away."""
     if not obj.data.is_editable or shared(obj):
         obj.data = obj.data.copy()
+    if made.split is not None:
+        made.split.give(obj)
     if how.as_shape_key:
-        _add_key(obj, modifier.name, shape)
+        _add_key(obj, modifier.name, made.shape)
     else:
-        obj.data.attributes["position"].data.foreach_set("vector", shape.reshape(-1))
+        obj.data.attributes["position"].data.foreach_set("vector", made.shape.reshape(-1))
         obj.data.update()
     if how.as_shape_key and how.keep_modifier:
         modifier.show_viewport = modifier.show_render = False

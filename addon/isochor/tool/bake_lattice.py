@@ -24,6 +24,7 @@ from . import (
     frame_keys,
     frames,
     influence_group,
+    lattice_weights,
     linear_curve,
     sockets,
     stack,
@@ -91,6 +92,12 @@ def refusal(obj: bpy.types.Object, request: Request, outside: int) -> str | None
             " hold that. Bake to a point cache instead.",
             name=obj.name,
         )
+    if request.embedding_grid.weights is not None:
+        return Sentence(
+            "the points of the lattice of “{name}” have weights, which Blender's own Lattice modifier does not know:"
+            " bake to a point cache instead.",
+            name=obj.name,
+        )
     axes = native_lattice.native_axes(request.embedding_grid)
     if not axes:
         points = " × ".join(map(str, request.embedding_grid.shape))
@@ -147,7 +154,8 @@ def _change(record: Record, request: Request, inside: NDArray[np.bool_] | None, 
 
     def kind(request: Request) -> tuple[object, ...]:
         rest, settings = request.embedding_grid, request.settings
-        return rest.shape, rest.low, rest.high, rest.basis, settings.vertex_group, settings.invert, settings.outside
+        box = rest.shape, rest.low, rest.high, rest.basis, rest.interpolation
+        return *box, settings.vertex_group, settings.invert, settings.outside
 
     if kind(record.first) != kind(request):
         return Sentence("the lattice's resolution or the inputs of “{name}” change: bake to a point cache.", name=name)
@@ -184,6 +192,8 @@ def _play(target: frames.Target, when: list[float], record: Record) -> None:
         for control, to_object in zip(record.control, record.to_object, strict=True)
     ]
     frame_keys.add(lattice, "Frame", when, points)
+    if request.settings.basis == "Blender":
+        lattice_weights.copy_own_group(sockets.read(target.last, sockets.LATTICE), lattice)
     modifier = obj.modifiers.new(NAME, "LATTICE")
     modifier.object = lattice
     _set_strength(modifier, when, record.strength)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from ..core.blending import Blending
 from ..core.bound import BoundShape, Embedding
 
 BOUND = "isochor_bound"
@@ -35,12 +36,12 @@ class BoundCache:
         if self.shape is not None:
             self.shape.refuse_other(lattice, shape)
 
-    def embedding(self, basis: str) -> Embedding | None:
-        """Of what was read last, for a basis; the very same object as before where nothing has changed."""
+    def embedding(self, blending: Blending) -> Embedding | None:
+        """Of what was read last, where points blend so; the very same object as before where nothing has changed."""
         if self.shape is None:
             return None
-        if self.embedded is None or self.embedded.grid.basis != basis:
-            self.embedded = self.shape.embedding(basis)
+        if self.embedded is None or not self.embedded.grid.blends_as(blending):
+            self.embedded = self.shape.embedding(blending)
         return self.embedded
 
 

@@ -24,6 +24,11 @@ def read(lattice: bpy.types.Object) -> Points:
     return _read(holder, name, 3, np.float32).reshape(-1, 3)
 
 
+def read_own(lattice: bpy.types.Object) -> Points:
+    """(N, 3) the data's own points, whatever shape key is active; not in Edit Mode."""
+    return _read(lattice.data.points, "co_deform", 3, np.float32).reshape(-1, 3)
+
+
 def resize(lattice: bpy.types.Object, points: NDArray[np.floating[Any]], shape: tuple[int, int, int]) -> None:
     """Gives the lattice another number of points, u fastest; not in Edit Mode, nor where it has shape keys."""
     data = lattice.data

@@ -134,8 +134,9 @@ def deformed(
     lattice_points = evaluated.lattice_points(held)
     object_matrix = evaluated.matrix(shown)
     transform = grid.relative_transform(object_matrix, evaluated.matrix(held), (obj.name, held.name))
+    interpolation = evaluated.interpolation(held) if settings.basis == "Blender" else None
     shape, low, high = lattice_points.shape, lattice_points.low, lattice_points.high
-    rest_grid = grid.Grid(shape, low, high, settings.basis, transform)
+    rest_grid = grid.Grid(shape, low, high, settings.basis, transform, interpolation)
     control = grid.control_points(rest_grid, lattice_points.deformed)
     frame = grid.correction_frame(settings.space, object_matrix, transform)
     return deform(np.asarray(points, np.float64), surface, rest_grid, control, settings, frame)

@@ -66,6 +66,12 @@ class LatticePoints:
         return self.low, self.high
 
 
+def interpolation(lattice: bpy.types.Object) -> tuple[str, str, str]:
+    """Blender's types along u, v, w that an evaluated lattice object has."""
+    data = lattice.data
+    return data.interpolation_type_u, data.interpolation_type_v, data.interpolation_type_w
+
+
 UNIT_BOX = ((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5))
 """Where Blender puts the undeformed points of a lattice that an object has."""
 

@@ -13,13 +13,14 @@ from ..core.grid import Placing
 from ..core.report import Report
 from ..core.request import Request, Vertices
 from ..core.solver import Outcome, Solver
-from . import evaluated, pins
+from . import evaluated, pins, sockets
+from .blending import BlendingCache
 from .bound import BoundCache
 from .chain import Chain
 from .divided import Divided
 from .drawn import Cuts
 from .entered import Entered
-from .lattice_weights import StiffnessCache
+from .lattice_weights import GroupCache
 
 Key = tuple[int, int, str]
 """Session identifier of the object, identifier of the modifier in it, depsgraph mode."""
@@ -47,7 +48,8 @@ class Memory:
     report: Report = field(default_factory=Report)
     cuts: Cuts = field(default_factory=Cuts)
     folding: Folding = field(default_factory=Folding)
-    stiffness: StiffnessCache = field(default_factory=StiffnessCache)
+    stiffness: GroupCache = field(default_factory=lambda: GroupCache(sockets.STIFFNESS))
+    blending: BlendingCache = field(default_factory=BlendingCache)
     divided: Divided = field(default_factory=Divided)
     pinned: pins.Corners = field(default_factory=pins.Corners)
 

@@ -100,7 +100,8 @@ def drawing_of(key: Key, report: Report, wanted: Wanted | None) -> Drawing | Non
     same = before is not None and all(one is other for one, other in zip(source, before.source, strict=True))
     if before is not None and same and wanted == before.wanted:
         return before.drawing
-    made = drawing(build_lattice(report.grid), report.asked, report.control, wanted)
+    shaped = report.bound is not None and report.bound.is_shaped
+    made = drawing(build_lattice(report.grid), report.asked, report.control, wanted, shaped)
     _made[key] = _Made(source, wanted, made)
     return made
 

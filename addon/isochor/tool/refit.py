@@ -14,7 +14,6 @@ from . import (
     baked_lattice,
     bound,
     chain,
-    control,
     evaluated,
     own_points,
     rest,
@@ -54,22 +53,6 @@ def refuse(lattice: bpy.types.Object, users: list[User]) -> None:
     held = [found.name for found in lattice.modifiers if found.show_viewport or found.show_render]
     if held:
         raise problem.Problem(problem.held_points(lattice.name, held))
-
-
-def refuse_resolution(lattice: bpy.types.Object, users: list[User], shape: tuple[int, int, int]) -> None:
-    """Raises ``Problem`` where the lattice cannot get this many points without another deformation."""
-    present = control.shape(lattice)
-    if shape == present:
-        return
-    control.refuse_if_locked(lattice)
-    if lattice.data.is_editmode:
-        raise problem.Problem(problem.resolution_in_edit_mode(lattice.name))
-    if lattice.data.shape_keys is not None:
-        raise problem.Problem(problem.resolution_with_shape_keys(lattice.name))
-    if basis(users) != "BERNSTEIN":
-        raise problem.Problem(problem.resolution_of_splines(lattice.name))
-    if any(new < old for new, old in zip(shape, present, strict=True)):
-        raise problem.Problem(problem.resolution_lower(lattice.name, present))
 
 
 def world_points(users: list[User], context: bpy.types.Context) -> Array:

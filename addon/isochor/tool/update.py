@@ -16,6 +16,7 @@ from ..core.request import Request, Vertices
 from ..core.settings import Settings
 from ..core.solver import Outcome
 from . import (
+    blending,
     chain,
     correction_inputs,
     device,
@@ -128,20 +129,24 @@ def _request(
     points = evaluated.lattice_points(lattice, memory.lattice_boxes.get(lattice.session_uid, evaluated.UNIT_BOX))
     memory.lattice_boxes[lattice.session_uid] = points.box
     memory.bound.refuse_other(lattice.name, points.shape)
-    bound = memory.bound.embedding(settings.basis)
+    lattice_edits = job.edits[lattice.data.original.session_uid]
+    how, problems = blending.read(memory.blending, settings, lattice, lattice_edits)
+    bound = memory.bound.embedding(how)
     object_matrix, lattice_matrix = evaluated.matrix(job.obj_evaluated), evaluated.matrix(lattice)
     names = (job.obj.name, lattice.name)
     steady = memory.transform_before if bound is None else bound.grid.to_object
     transform = memory.placing.of(object_matrix, lattice_matrix, names)
     transform = grid.steadied(transform, steady, object_matrix, lattice_matrix)
-    rest_grid = grid.Grid(points.shape, points.low, points.high, settings.basis, transform)
-    influence, problems = _influence(job, settings, len(positions))
+    rest_grid = grid.Grid(points.shape, points.low, points.high, how.basis, transform, how.interpolation, how.weights)
+    influence, no_group = _influence(job, settings, len(positions))
+    placed = rest_grid, bound, positions
+    influence, no_own_group = blending.weakened(memory.blending, lattice, lattice_edits, placed, influence)
     triangles, no_triangles = _triangles(job, memory, modifiers, len(positions))
     bodies, region_problems = correction_inputs.bodies(job, memory, settings, triangles, len(positions))
     stiffness, stiffness_problems = correction_inputs.stiffness(job, memory, settings, lattice)
     frame, frame_problems = correction_inputs.frame(job, settings, object_matrix, transform)
     pins, pin_problems = correction_inputs.pins(job, memory, modifiers, positions, triangles)
-    problems += [*region_problems, *stiffness_problems, *frame_problems, *pin_problems]
+    problems += [*no_group, *no_own_group, *region_problems, *stiffness_problems, *frame_problems, *pin_problems]
     if triangles is None and not no_triangles:
         settings = replace(settings, preserve=0.0)
     request = Request(

@@ -18,6 +18,7 @@ BASIS_ITEMS = (
         "B-Spline",
         "Each control point reaches its neighbourhood; the lattice is one layer larger on each side",
     ),
+    ("BLENDER", "Blender", "As Blender's own Lattice modifier, with the lattice's interpolation types"),
 )
 FIT_ITEMS = (
     ("LOCAL", "Local", "Along the active object's axes"),

@@ -31,6 +31,16 @@ class ISOCHOR_OT_apply(bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
+    tolerance: bpy.props.FloatProperty(
+        name="Tolerance",
+        description="Split faces first, until edges are no farther than this from the deformed space; 0 splits none",
+        default=0.0,
+        min=0.0,
+        soft_max=1.0,
+        subtype="DISTANCE",
+        options={"SKIP_SAVE"},
+    )
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if chosen_modifiers(context):
@@ -51,7 +61,7 @@ class ISOCHOR_OT_apply(bpy.types.Operator):
         return self.execute(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        how = applying.How(self.as_shape_key, self.keep_modifier, self.single_user)
+        how = applying.How(self.as_shape_key, self.keep_modifier, self.single_user, self.tolerance)
         try:
             warnings = applying.apply(chosen_modifiers(context), how, context)
         except Problem as trouble:

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import problem
-from ..core.elevation import elevated
 from ..core.fit import axes_of, box_matrix
-from ..tool import control, lattices, refit, words
+from ..tool import control, lattices, refining, refit, words
 from .adding import FIT_ITEMS, fitted_axes
 from .choosing import chosen_modifiers
 
@@ -52,23 +51,22 @@ class ISOCHOR_OT_fit_lattice(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         named = list(dict.fromkeys(lattices.of(modifier) for _obj, modifier in chosen_modifiers(context)))
-        places = []
+        places, finer = [], {}
         try:
-            if None in named:
-                raise problem.Problem(problem.NO_LATTICE)
             for lattice in named:
+                if lattice is None:
+                    raise problem.Problem(problem.NO_LATTICE)
                 users = lattices.users_of(lattice)
                 refit.refuse(lattice, users)
-                refit.refuse_resolution(lattice, users, self._shape(lattice))
+                if self._shape(lattice) != control.shape(lattice):
+                    finer[lattice.data.name] = refining.plan(lattice, self._shape(lattice))
                 places.append((lattice, users, self._matrix(lattice, users, context)))
             refit.move([(lattice, matrix) for lattice, _, matrix in places], context)
         except problem.Problem as trouble:
             self.report({"ERROR"}, words.reported(trouble.sentence))
             return {"CANCELLED"}
-        for lattice, _, _ in places:
-            before, after = control.shape(lattice), self._shape(lattice)
-            if before != after:
-                control.resize(lattice, elevated(control.read(lattice), before, after), after)
+        for plan in finer.values():
+            refining.apply(plan, context)
         refit.measure_again([user for _, users, _ in places for user in users], context)
         return {"FINISHED"}
 

@@ -8,11 +8,13 @@ from .applying import ISOCHOR_OT_apply
 from .baking import ISOCHOR_OT_bake, ISOCHOR_OT_free_bake
 from .bend_empty import ISOCHOR_OT_bend_from_empty
 from .binding import ISOCHOR_OT_clear_rest, ISOCHOR_OT_set_rest
+from .converting import ISOCHOR_OT_convert
 from .fitting import ISOCHOR_OT_fit_lattice
 from .measuring import ISOCHOR_OT_measure_volume
 from .mirroring import ISOCHOR_OT_mirror_lattice
 from .pinning import ISOCHOR_OT_add_pin, ISOCHOR_OT_bind_pins, ISOCHOR_OT_remove_pins
 from .points import ISOCHOR_OT_bake_points, ISOCHOR_OT_deform_points, ISOCHOR_OT_restore_points
+from .refining import ISOCHOR_OT_refine
 from .removing import ISOCHOR_OT_remove
 from .simulating import ISOCHOR_OT_free_simulation, ISOCHOR_OT_simulate
 from .squash_ground import ISOCHOR_OT_squash_from_ground
@@ -21,7 +23,9 @@ from .twist_bone import ISOCHOR_OT_twist_from_bone
 
 LATTICE = (
     (ISOCHOR_OT_add, "MOD_LATTICE"),
+    (ISOCHOR_OT_convert, "FILE_REFRESH"),
     (ISOCHOR_OT_fit_lattice, "FULLSCREEN_EXIT"),
+    (ISOCHOR_OT_refine, "MOD_MULTIRES"),
     (ISOCHOR_OT_mirror_lattice, "MOD_MIRROR"),
     (ISOCHOR_OT_set_rest, "LINKED"),
     (ISOCHOR_OT_clear_rest, "UNLINKED"),
