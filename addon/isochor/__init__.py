@@ -21,6 +21,7 @@ from .ui import (
     physics,
     pin_panel,
     pinning,
+    points,
     preferences,
     refining,
     removing,
@@ -34,8 +35,9 @@ from .ui import (
 )
 
 DRIVING = (squash_ground, squash_speed, twist_bone, bend_empty)
+RESULTS = (points, measuring, baking, applying)
 SHAPING = (adding, converting, fitting, refining, binding, mirroring, tying, pinning)
-OPERATORS = (*SHAPING, *DRIVING, simulating, measuring, baking, applying, removing)
+OPERATORS = (*SHAPING, *DRIVING, simulating, *RESULTS, removing)
 PANELS = (sidebar, binding_panel, pin_panel, animate_panel, physics, bake_panel, overlay, volume_curve)
 PARTS = (languages, preferences, handlers, *OPERATORS, menus, *PANELS, command_line)
 

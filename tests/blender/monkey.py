@@ -71,11 +71,13 @@ def play(random: Random, steps: int, console: Console, taken: "deque[str]") -> N
     import monkey_actions
     import monkey_operators
     import monkey_pins
+    import monkey_things
     from monkey_scene import Scene
 
     scene, counts = Scene(random), Counter()
     folder = Path(tempfile.mkdtemp(prefix="isochor-monkey-"))
-    functions, weights = zip(*{**monkey_actions.ACTIONS, **monkey_operators.ACTIONS, **monkey_pins.ACTIONS}.items())
+    parts = (monkey_actions, monkey_operators, monkey_pins, monkey_things)
+    functions, weights = zip(*(item for part in parts for item in part.ACTIONS.items()), strict=True)
     unchanging = (monkey_actions.undo, monkey_actions.redo, monkey_actions.choose)
     bpy.ops.ed.undo_push(message="start")
     for number in range(steps):
@@ -87,6 +89,7 @@ def play(random: Random, steps: int, console: Console, taken: "deque[str]") -> N
             bpy.ops.ed.undo_push(message=taken[-1])
         bpy.context.view_layer.update()
         complaint = console.complaint() or scene.wrong_volume() or monkey_pins.wrong_pin(scene)
+        complaint = complaint or monkey_things.wrong_points(scene)
         if complaint:
             raise RuntimeError(complaint)
     print("steps by action:", ", ".join(f"{name} {count}" for name, count in sorted(counts.items())))

@@ -194,7 +194,7 @@ def test_edit_mode_fits_the_selected_vertices():
 def test_a_plane_gets_a_lattice_of_some_thickness_and_a_word_on_its_volume():
     bpy.ops.mesh.primitive_plane_add()
     plane = bpy.context.object
-    assert bpy.ops.isochor.add() == {"FINISHED"}
+    assert bpy.ops.isochor.add(flat=False) == {"FINISHED"}
     lattice = lattice_of(plane)
     assert lattice.scale.z > 0
     assert "hole" in scenes.report(plane, plane.modifiers[0]).problems[0]
@@ -237,7 +237,7 @@ def test_remove_spares_a_lattice_that_is_used_or_was_there_before():
 
 def test_nothing_selected_is_refused_in_plain_words():
     assert not bpy.ops.isochor.add.poll()
-    with pytest.raises(RuntimeError, match="Select a mesh object first"):
+    with pytest.raises(RuntimeError, match="Select a mesh, curve, text"):
         bpy.ops.isochor.add()
     ball = scenes.sphere()
     with pytest.raises(RuntimeError, match="no Volume Lattice"):
@@ -248,7 +248,7 @@ def test_nothing_selected_is_refused_in_plain_words():
         with pytest.raises(RuntimeError, match="have no place"):
             bpy.ops.isochor.add(fit=fit)
     ball.data.clear_geometry()
-    with pytest.raises(RuntimeError, match="no vertices"):
+    with pytest.raises(RuntimeError, match="no points"):
         bpy.ops.isochor.add()
 
 

@@ -81,7 +81,7 @@ def flat_ball(tilt: float) -> bpy.types.Object:
 def test_flat_closed_mesh_is_deformed_uncorrected_and_the_message_says_so(tilt, inputs):
     sheet = flat_ball(tilt)
     lattice = scenes.lattice_object(4)
-    modifier = scenes.volume_lattice(sheet, lattice, **inputs)
+    modifier = scenes.volume_lattice(sheet, lattice, Preserve=1.0, **inputs)
     for index, point in enumerate(lattice.data.points):
         point.co_deform.x *= 0.5
         point.co_deform.z += 0.1 * np.sin(index)

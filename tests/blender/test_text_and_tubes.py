@@ -86,6 +86,24 @@ def test_a_curve_deforms_while_it_is_edited():
     bpy.ops.object.mode_set(mode="OBJECT")
 
 
+def test_a_text_deforms_while_it_is_typed():
+    """The letters within the lattice are as thin as it makes them, with one more letter behind them."""
+    obj = welded_text()
+    bpy.ops.isochor.add(margin=0.0)
+    modifier = obj.modifiers.active
+    before = things.shown(obj)["mesh"]
+    scenes.set_input(modifier, "Preserve", 0.0)
+    scenes.set_input(modifier, "Squash", 0.5)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.font.text_insert(text="o")
+    bpy.context.view_layer.update()
+    typed = things.shown(obj)["mesh"]
+    assert len(typed) > len(before)
+    old = typed[typed[:, 0] < before[:, 0].max() - 0.01]
+    assert np.isclose(np.ptp(old[:, 2]), 0.5 * np.ptp(before[:, 2]), rtol=1e-3)
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
 def test_in_edit_mode_the_selected_points_are_fitted():
     obj = things.curve("BEZIER", things.path(5))
     bpy.ops.object.mode_set(mode="EDIT")

@@ -195,14 +195,14 @@ def test_labels_tooltips_and_items_come_out_in_german(german):
     translate = bpy.app.translations
     operator = bpy.ops.isochor.add.get_rna_type()
     assert translate.pgettext_iface(operator.name, operator.translation_context) == "Volumengitter hinzufügen"
-    assert translate.pgettext_tip(operator.description).startswith("Passt den ausgewählten Netzen ein Gitter an")
+    assert translate.pgettext_tip(operator.description).startswith("Passt den ausgewählten Objekten ein Gitter an")
     margin = operator.properties["margin"]
     assert translate.pgettext_iface(margin.name, margin.translation_context) in ("Rand", "Randabstand")
     fit = operator.properties["fit"]
     assert [translate.pgettext_tip(item.description) for item in fit.enum_items][1].startswith("Der kleinste Quader")
     assert translate.pgettext_iface("Volume Lattice") == "Volumengitter"
     # What poll says is looked up as a tooltip, where the button is drawn.
-    assert translate.pgettext_tip("Select a mesh object first") == "Zuerst ein Netzobjekt auswählen"
+    assert translate.pgettext_tip("Select an object with a Volume Lattice, or its lattice").startswith("Ein Objekt")
 
 
 @needs_languages

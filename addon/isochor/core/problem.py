@@ -57,7 +57,7 @@ NOT_WELDED = (
     "Faces of a text or a curve are not joined where they meet: put a Weld modifier above Volume Lattice, and the"
     " volume is kept."
 )
-NO_POINTS = "There are no vertices to fit a lattice to: select a mesh that has some"
+NO_POINTS = "There are no points to fit a lattice to: select an object that has some"
 NO_PLACE = "Some vertices have no place (NaN or infinity): correct or delete them first"
 
 

@@ -86,12 +86,16 @@ def add_modifiers(
     basis: str,
     context: bpy.types.Context,
     only_last: bool = False,
+    preserve: bool = True,
 ) -> list[str]:
     """Gives each object the modifier, which with ``only_last`` corrects in place of one right before it, computes it
-    once and keeps its rest volume; returns problems in plain words."""
+    once and keeps its rest volume, unless there is none to ``preserve``; returns problems in plain words."""
     added = [(obj, new_modifier(obj, lattice, basis)) for obj in objects]
-    for obj, modifier in added if only_last else []:
-        handing.to_last(obj, modifier)
+    for obj, modifier in added:
+        if only_last:
+            handing.to_last(obj, modifier)
+        if not preserve:
+            sockets.write(modifier, "Preserve", 0.0)
     results.ensure_own()
     context.view_layer.update()
     for obj, modifier in added:

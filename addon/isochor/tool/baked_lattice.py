@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import linear_curve
+from . import absolute_keys
 
 BEFORE, MODIFIERS, SETTINGS = "isochor_before", "isochor_modifiers", "isochor_settings"
 """Custom properties of the baked data: the lattice data before, which modifiers were switched off, and with what the
@@ -39,13 +39,7 @@ def bake(lattice: bpy.types.Object, first: int, shapes: list[NDArray[np.float32]
     lattice.data = data
     lattice.shape_key_clear()
     data[BEFORE], data[SETTINGS] = before, json.dumps(settings)
-    for number, shape in enumerate(shapes):
-        key = lattice.shape_key_add(name=f"Frame {first + number}", from_mix=False)
-        key.interpolation = "KEY_LINEAR"
-        key.data.foreach_set("co", shape)
-    keys = data.shape_keys
-    keys.use_relative = False
-    _animate(keys, first)
+    absolute_keys.add(lattice, first, len(shapes), lambda key, number: key.data.foreach_set("co", shapes[number]))
     _switch_off(lattice)
 
 
@@ -80,9 +74,3 @@ def _switch_off(lattice: bpy.types.Object) -> None:
     lattice.data[MODIFIERS] = json.dumps([[m.name, m.show_viewport, m.show_render] for m in lattice.modifiers])
     for modifier in lattice.modifiers:
         modifier.show_viewport = modifier.show_render = False
-
-
-def _animate(keys: bpy.types.Key, first: int) -> None:
-    """One key a frame, each where its shape stands: shapes are spaced by rounded steps."""
-    frames = [float(first + number) for number in range(len(keys.key_blocks))]
-    linear_curve.add(keys, "eval_time", frames, [block.frame for block in keys.key_blocks])

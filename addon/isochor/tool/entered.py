@@ -61,8 +61,9 @@ class Entered:
 
     @cached_property
     def _held(self) -> tuple[Any, list[bpy.types.ID]]:
-        if self._obj.type == "MESH" and not any(map(_is_other_group, self._obj.modifiers)):
-            return None, [self._obj.data]
+        is_lone = self._obj.type == "MESH" and not any(map(_is_other_group, self._obj.modifiers))
+        if is_lone or not self._obj.is_evaluated:
+            return None, [self._obj.data] if self._obj.type == "MESH" else []
         return own_points.pieces(self._obj)
 
     @cached_property

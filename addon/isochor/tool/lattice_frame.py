@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import grid
+from ..core import grid, problem
 from . import evaluated, own_points, sockets
 from .entered import Entered
 
@@ -74,5 +74,7 @@ def entering(
     held = obj.evaluated_get(depsgraph)
     found = Entered(held, str(modifier.persistent_uid), followed=False).positions
     own = own_points.shown(held) if found is None else found
+    if not len(own):
+        raise problem.Problem(problem.not_shown(obj.name))
     matrix = evaluated.matrix(held)
     return np.asarray(own.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3])

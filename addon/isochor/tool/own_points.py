@@ -16,7 +16,7 @@ HANDLES = ("handle_left", "handle_right")
 
 def pieces(obj_evaluated: bpy.types.Object) -> tuple[Any, list[bpy.types.ID]]:
     """All geometry with points of an evaluated object: vertices, curves, points; and what holds them, which must be
-    kept as long as they are used."""
+    kept as long as they are used. It must be evaluated, which one that is hidden is not."""
     geometry = obj_evaluated.evaluated_geometry()
     mesh = obj_evaluated.data if obj_evaluated.type == "MESH" else geometry.mesh
     found = (mesh, geometry.curves, geometry.pointcloud)
@@ -24,7 +24,10 @@ def pieces(obj_evaluated: bpy.types.Object) -> tuple[Any, list[bpy.types.ID]]:
 
 
 def shown(obj_evaluated: bpy.types.Object) -> NDArray[np.float64]:
-    """(V, 3) positions of all points of an evaluated object, handles of Bézier curves among them, in its own space."""
+    """(V, 3) positions of all points of an evaluated object, handles of Bézier curves among them, in its own space; of
+    one that is not evaluated, as where it is hidden, its own."""
+    if not obj_evaluated.is_evaluated:
+        return own(obj_evaluated)
     holder, found = pieces(obj_evaluated)
     parts = [part for data in found for part in (vectors(data, "position"), *_handles(data))]
     del holder

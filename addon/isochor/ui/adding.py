@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import problem
-from ..core.fit import axes_of, box_matrix
+from ..core.fit import axes_of, box_matrix, flat_along
 from ..core.oriented import oriented_axes
 from ..tool import adding, words
 from .choosing import chosen_objects
@@ -28,8 +28,9 @@ FIT_ITEMS = (
 
 
 class ISOCHOR_OT_add(bpy.types.Operator):
-    """Fit a lattice to the selected meshes and deform them with it, keeping their volume. Turns on Lock Interface in
-    the Render menu, because the viewport must not be edited while a render runs"""
+    """Fit a lattice to the selected objects and deform them with it, keeping their volume: meshes, curves, texts, hair
+    and point clouds. Turns on Lock Interface in the Render menu, because the viewport must not be edited while a
+    render runs"""
 
     bl_idname = "isochor.add"
     bl_label = "Add Volume Lattice"
@@ -48,6 +49,13 @@ class ISOCHOR_OT_add(bpy.types.Operator):
         soft_max=1.0,
     )
 
+    flat: bpy.props.BoolProperty(
+        name="Flat Lattice",
+        description="One layer of points along an axis on which the objects have no thickness, as for a plane, a drawn"
+        " curve or a text",
+        default=True,
+    )
+
     follow: bpy.props.BoolProperty(
         name="Follow Object",
         description="Make the lattice a child of the active object, so that it moves along with it",
@@ -64,7 +72,10 @@ class ISOCHOR_OT_add(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         if chosen_objects(context):
             return True
-        cls.poll_message_set("Select a mesh object first")
+        cls.poll_message_set(
+            "Select a mesh, curve, text, hair or point cloud first. Blender allows no such modifier on others; for"
+            " surfaces and lattices there is Deform Points"
+        )
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -80,18 +91,30 @@ class ISOCHOR_OT_add(bpy.types.Operator):
         if not np.isfinite(points).all():
             self.report({"ERROR"}, problem.NO_PLACE)
             return {"CANCELLED"}
-        shape = tuple(self.resolution)
         axes = fitted_axes(self.fit, points, np.array(objects[0].matrix_world))
-        matrix = box_matrix(points, axes, self.margin, shape, self.basis)
-        lattice = adding.new_lattice(f"{objects[0].name} Lattice", shape, matrix, context, objects[0])
+        flat = self._flat(objects, points, axes)
+        u, v, w = (1 if one else count for one, count in zip(flat, self.resolution, strict=True))
+        matrix = box_matrix(points, axes, self.margin, (u, v, w), self.basis)
+        lattice = adding.new_lattice(f"{objects[0].name} Lattice", (u, v, w), matrix, context, objects[0])
         if self.follow:
             adding.make_child(lattice, objects[0])
         if adding.lock_interface(context.scene):
             self.report({"INFO"}, "Lock Interface is now on in the Render menu: renders need it")
-        problems = adding.add_modifiers(objects, lattice, self.basis, context, self.only_last)
+        if any(flat):
+            self.report({"INFO"}, "Without thickness there is no volume to keep: Preserve is 0")
+        problems = adding.add_modifiers(objects, lattice, self.basis, context, self.only_last, preserve=not any(flat))
         for text in problems:
             self.report({"WARNING"}, words.reported(text))
         return {"FINISHED"}
+
+    def _flat(
+        self, objects: list[bpy.types.Object], points: NDArray[np.float64], axes: NDArray[np.float64]
+    ) -> list[bool]:
+        """Of each direction whether one layer is enough; not for vertices selected in Edit Mode, whose object may be
+        thicker."""
+        if not self.flat or any(obj.mode == "EDIT" for obj in objects):
+            return [False] * 3
+        return flat_along(points, axes)
 
 
 def fitted_axes(fit: str, points: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -13,6 +13,7 @@ from .fitting import ISOCHOR_OT_fit_lattice
 from .measuring import ISOCHOR_OT_measure_volume
 from .mirroring import ISOCHOR_OT_mirror_lattice
 from .pinning import ISOCHOR_OT_add_pin, ISOCHOR_OT_bind_pins, ISOCHOR_OT_remove_pins
+from .points import ISOCHOR_OT_bake_points, ISOCHOR_OT_deform_points, ISOCHOR_OT_restore_points
 from .refining import ISOCHOR_OT_refine
 from .removing import ISOCHOR_OT_remove
 from .simulating import ISOCHOR_OT_free_simulation, ISOCHOR_OT_simulate
@@ -47,13 +48,18 @@ PHYSICS = (
     (ISOCHOR_OT_simulate, "PHYSICS"),
     (ISOCHOR_OT_free_simulation, "LOOP_BACK"),
 )
+POINTS = (
+    (ISOCHOR_OT_deform_points, "SURFACE_DATA"),
+    (ISOCHOR_OT_bake_points, "SHAPEKEY_DATA"),
+    (ISOCHOR_OT_restore_points, "LOOP_BACK"),
+)
 RESULTS = (
     (ISOCHOR_OT_measure_volume, "FCURVE"),
     (ISOCHOR_OT_bake, "FILE_CACHE"),
     (ISOCHOR_OT_free_bake, "LOOP_BACK"),
     (ISOCHOR_OT_apply, "CHECKMARK"),
 )
-GROUPS = (LATTICE, PINS, DRIVERS, PHYSICS, RESULTS, ((ISOCHOR_OT_remove, "X"),))
+GROUPS = (LATTICE, PINS, DRIVERS, PHYSICS, RESULTS, POINTS, ((ISOCHOR_OT_remove, "X"),))
 """Operator and icon of each line of Object, Volume Lattice, with a line between groups."""
 
 
