@@ -121,3 +121,54 @@ def test_curves_that_come_after_are_left_alone():
     assert not scenes.report(ball, modifier).problems
     assert np.abs(things.shown(ball)["curves"] - things.path(4)).max() < 1e-6
     assert abs(scenes.evaluated_volume(ball) / scenes.volume(ball.data) - 1.0) < 1e-6
+
+
+def turning(node):
+    """A nodes group of one node between its input and its output."""
+    group = joining()
+    group.nodes.clear()
+    made = group.nodes.new(node)
+    group.links.new(group.nodes.new("NodeGroupInput").outputs[0], made.inputs[0])
+    group.links.new(made.outputs[0], group.nodes.new("NodeGroupOutput").inputs[0])
+    return group
+
+
+def test_a_mesh_that_becomes_curves_behind_the_modifier_keeps_its_volume_before():
+    """What curves show are edges of the ball with its volume kept, not of one that is only deformed."""
+    ball = scenes.sphere()
+    modifier = scenes.volume_lattice(ball, scenes.lattice_object(3))
+    scenes.set_input(modifier, "Squash", 0.6)
+    bpy.context.view_layer.update()
+    kept = scenes.evaluated_positions(ball)
+    ball.modifiers.new("Edges", "NODES").node_group = turning("GeometryNodeMeshToCurve")
+    bpy.context.view_layer.update()
+    report = scenes.report(ball, modifier)
+    assert not report.problems
+    assert report.keeps_volume
+    shown = things.shown(ball)["curves"]
+    corners = shown[:, None, :] - kept[None, :, :]
+    assert np.abs(corners).max(axis=2).min(axis=1).max() < 1e-6
+
+
+def test_hair_that_becomes_a_mesh_behind_the_modifier_says_so():
+    hair = things.hair()
+    modifier = scenes.volume_lattice(hair, scenes.lattice_object(4, size=4.0))
+    hair.modifiers.new("Tubes", "NODES").node_group = turning("GeometryNodeCurveToMesh")
+    bpy.context.view_layer.update()
+    assert any("replaces the vertices" in text for text in scenes.report(hair, modifier).problems)
+
+
+def test_a_mesh_that_becomes_points_above_the_modifier_is_deformed_as_points():
+    ball = scenes.sphere()
+    ball.modifiers.new("Points", "NODES").node_group = turning("GeometryNodeMeshToPoints")
+    bpy.context.view_layer.update()
+    before = things.shown(ball)["pointcloud"]
+    lattice = scenes.lattice_object(4)
+    modifier = scenes.volume_lattice(ball, lattice)
+    for point in lattice.data.points:
+        point.co_deform.x *= 0.5
+    bpy.context.view_layer.update()
+    report = scenes.report(ball, modifier)
+    assert not report.problems
+    assert report.notes == [scenes.part("core.problem").NO_SURFACE]
+    assert np.abs(things.shown(ball)["pointcloud"] - before * (0.5, 1.0, 1.0)).max() < 2e-6

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from . import evaluated, incoming_nodes, own_points, stack
 
 Floats = NDArray[np.float32]
+KINDS = {bpy.types.Mesh: "MESH", bpy.types.Curves: "CURVE", bpy.types.PointCloud: "POINTCLOUD"}
+"""How Blender's nodes name kinds of geometry with points."""
 
 
 class Entered:
@@ -35,8 +37,10 @@ class Entered:
 
     @property
     def mesh(self) -> bpy.types.Mesh | None:
-        """The evaluated mesh, if vertices are among what entered."""
-        return next((data for data in self._pieces if isinstance(data, bpy.types.Mesh)), None)
+        """The evaluated mesh, if vertices are among what entered; where nothing is found that did, of a mesh object its
+        own, whose vertices may have been lost behind the modifier."""
+        found = next((data for data in self._pieces if isinstance(data, bpy.types.Mesh)), None)
+        return self._obj.data if found is None and not self._pieces and self._obj.type == "MESH" else found
 
     @property
     def others(self) -> int:
@@ -69,8 +73,16 @@ class Entered:
     @cached_property
     def _pieces(self) -> list[bpy.types.ID]:
         """Those that carry what entered."""
-        name = incoming_nodes.INCOMING + self._slot
-        return [data for data in self._held[1] if name in data.attributes and len(data.attributes[name].data)]
+        return [data for data in self._held[1] if self._carries(data)]
+
+    def _carries(self, data: bpy.types.ID) -> bool:
+        found = data.attributes.get(self._name(data, incoming_nodes.INCOMING))
+        return found is not None and len(found.data) > 0
+
+    def _name(self, data: bpy.types.ID, prefix: str) -> str:
+        """Of an attribute that the node group stores on this kind of geometry."""
+        kind = KINDS[type(data)]
+        return prefix + incoming_nodes.MARKS[kind] + self._slot
 
     def _positions(self, data: bpy.types.ID) -> Floats | None:
         parts = [self._read(data, prefix, "vector", 3) for prefix in self._vectors(data)]
@@ -82,7 +94,7 @@ class Entered:
 
     def _vectors(self, data: bpy.types.ID) -> tuple[str, ...]:
         """What holds positions of its points."""
-        if isinstance(data, bpy.types.Curves) and incoming_nodes.LEFT + self._slot in data.attributes:
+        if isinstance(data, bpy.types.Curves) and self._name(data, incoming_nodes.LEFT) in data.attributes:
             return incoming_nodes.INCOMING, incoming_nodes.LEFT, incoming_nodes.RIGHT
         return (incoming_nodes.INCOMING,)
 
@@ -93,10 +105,10 @@ class Entered:
         """Points of a kind that entered; 0 where that cannot be told."""
         if not self._followed:
             return evaluated.point_count(data)
-        return evaluated.incoming_count(data, incoming_nodes.ORDER + self._slot) or 0
+        return evaluated.incoming_count(data, self._name(data, incoming_nodes.ORDER)) or 0
 
     def _read(self, data: bpy.types.ID, prefix: str, field_name: str, width: int) -> NDArray[Any] | None:
-        return evaluated.attribute(data, prefix + self._slot, field_name, width, np.float32)
+        return evaluated.attribute(data, self._name(data, prefix), field_name, width, np.float32)
 
 
 def _is_other_group(modifier: bpy.types.Modifier) -> bool:

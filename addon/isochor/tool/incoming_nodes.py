@@ -8,6 +8,9 @@ from .node_layer import Layer, Socket
 
 INCOMING = ".isochor_incoming_"
 """Point, vector: positions that entered. A leading dot hides an attribute in Blender's lists; the slot follows."""
+MARKS = {"MESH": "", "CURVE": "c", "POINTCLOUD": "p"}
+"""What stands before the slot, by kind of geometry: modifiers that follow may make curves of a mesh, with its attributes.
+"""
 LEFT, RIGHT = ".isochor_left_", ".isochor_right_"
 """Point, vector: handles of Bézier curves that entered; of other curves among such their points again."""
 ORDER = ".isochor_order_"
@@ -29,12 +32,13 @@ class Incoming(Layer):
     def store_incoming(self, geometry: Socket, component: str = "MESH") -> Socket:
         """The geometry, of one kind, with what entered in attributes."""
         position = self.node("GeometryNodeInputPosition").outputs[0]
-        geometry = self.store(geometry, INCOMING, "FLOAT_VECTOR", position)
+        mark = MARKS[component]
+        geometry = self.store(geometry, INCOMING + mark, "FLOAT_VECTOR", position)
         index = self.node("GeometryNodeInputIndex").outputs[0]
         order = self.integers("SUBTRACT", self.point_count(geometry, component), index)
-        geometry = self.store(geometry, ORDER, "INT", order)
-        geometry = self._store_where_named("Vertex Group", geometry, MASK, self._mask())
-        return self._store_where_named(sockets.REGION, geometry, REGION, self._weight(sockets.REGION))
+        geometry = self.store(geometry, ORDER + mark, "INT", order)
+        geometry = self._store_where_named("Vertex Group", geometry, MASK + mark, self._mask())
+        return self._store_where_named(sockets.REGION, geometry, REGION + mark, self._weight(sockets.REGION))
 
     def store(self, geometry: Socket, prefix: str, data_type: str, value: Socket) -> Socket:
         """The geometry with an attribute of its points, whose name is the prefix and the modifier's slot."""

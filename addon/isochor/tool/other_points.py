@@ -5,7 +5,7 @@ The result holds the vertices, then the control points of curves, then, where th
 right handle of every control point, then the points of the cloud. Each kind takes its own from there.
 """
 
-from .incoming_nodes import LEFT, RIGHT, Incoming
+from .incoming_nodes import LEFT, MARKS, RIGHT, Incoming
 from .node_layer import Socket
 from .own_points import BEZIER
 
@@ -72,7 +72,8 @@ class OtherPoints:
         position = on.node("GeometryNodeInputPosition").outputs[0]
         for side, prefix in (("left", LEFT), ("right", RIGHT)):
             handle = self._named(f"handle_{side}", "FLOAT_VECTOR")
-            curves = on.store(curves, prefix, "FLOAT_VECTOR", on.switch("VECTOR", self._is_bezier(), handle, position))
+            placed = on.switch("VECTOR", self._is_bezier(), handle, position)
+            curves = on.store(curves, prefix + MARKS["CURVE"], "FLOAT_VECTOR", placed)
         return curves
 
     def _take(self, geometry: Socket, result: Socket, first: Socket | int) -> Socket:
