@@ -4,7 +4,7 @@
 from dataclasses import dataclass, field, replace
 from functools import partial
 from time import perf_counter
-from typing import Literal
+from typing import Any, Literal
 from weakref import ref
 
 import numpy as np
@@ -207,7 +207,7 @@ class Solver:
                 **joint,
             )
 
-        joint = {} if request.continuity is None else {"continuity": request.continuity}
+        joint: dict[str, Any] = {} if request.continuity is None else {"continuity": request.continuity}
         bodies = request.bodies
         labels = None if bodies is None else bodies.labels(request.positions, request.triangles)
         self._no_device = ""

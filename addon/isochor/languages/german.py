@@ -30,6 +30,7 @@ TEXTS = {
     "Only Active": "Nur der aktive",
     "Of each object, replace the active modifier alone": "Von jedem Objekt nur den aktiven Modifikator ersetzen",
     "Select an object with Blender's own Lattice modifier, or its lattice, first": "Zuerst ein Objekt mit Blenders eigenem Modifikator Lattice oder dessen Gitter auswählen",
+    "Drivers read the strength of “{modifier}” of “{name}”, and Blender does not tell drivers when an input of a Volume Lattice changes: have them read what drives it instead.": "Treiber lesen die Stärke von „{modifier}“ von „{name}“, und Blender sagt Treibern nicht, wenn sich eine Eingabe eines Volumengitters ändert: sie lesen lassen, was jene treibt.",
     "“{name}” is no mesh: only those of meshes can be converted.": "„{name}“ ist kein Netz: nur die von Netzen lassen sich umwandeln.",
     "“{modifier}” of “{name}” has no lattice: pick one there, or remove it.": "„{modifier}“ von „{name}“ hat kein Gitter: dort eines wählen, oder ihn entfernen.",
     "The strength of “{modifier}” of “{name}” is, or goes, below 0 or above 1, where a Volume Lattice does not follow: keep it between.": "Die Stärke von „{modifier}“ von „{name}“ liegt oder gerät unter 0 oder über 1, wohin ein Volumengitter nicht folgt: dazwischen halten.",

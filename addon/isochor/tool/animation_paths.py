@@ -31,13 +31,15 @@ def remove(owner: bpy.types.ID, paths: list[str]) -> None:
 
 
 def rename(owner: bpy.types.ID, paths: dict[str, str]) -> None:
-    """Has what animates the owner under one of these paths, and drivers anywhere that read it there, go to another."""
+    """Has what animates the owner at one of these paths go to another."""
     animation = owner.animation_data
     for curve in [] if animation is None else [*animation.drivers, *_own_curves(animation)]:
         curve.data_path = paths.get(curve.data_path, curve.data_path)
-    for target in _every_target():
-        if target.id == owner and target.data_path in paths:
-            target.data_path = paths[target.data_path]
+
+
+def readers(owner: bpy.types.ID, paths: list[str]) -> bool:
+    """Whether drivers anywhere read the owner at one of these paths."""
+    return any(target.id == owner and target.data_path in paths for target in _every_target())
 
 
 def targets_of(read: bpy.types.ID) -> list[bpy.types.DriverTarget]:

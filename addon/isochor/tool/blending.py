@@ -73,8 +73,8 @@ def weakened(
     """How much of the deformation each vertex takes where the lattice names a vertex group of its own, which counts
     with Blender's basis alone; and what is wrong. ``placed``: the lattice, as it is bound, and the vertices."""
     grid, bound, positions = placed
-    name = lattice.data.vertex_group
-    if grid.basis != "Blender" or not name or name not in lattice.vertex_groups:
+    name = lattice.data.vertex_group if grid.basis == "Blender" else ""
+    if not name or name not in lattice.vertex_groups:
         return influence, []
     try:
         group = cache.own.of(lattice, name, edits)

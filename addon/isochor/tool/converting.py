@@ -89,6 +89,15 @@ def _refuse_modifier(obj: bpy.types.Object, modifier: bpy.types.LatticeModifier)
             )
         )
     paths = [f"{animation_paths.of_modifier(modifier)}.{name}" for name in INPUTS]
+    if animation_paths.readers(obj, paths):
+        raise problem.Problem(
+            Sentence(
+                "Drivers read the strength of “{modifier}” of “{name}”, and Blender does not tell drivers when an input"
+                " of a Volume Lattice changes: have them read what drives it instead.",
+                modifier=modifier.name,
+                name=obj.name,
+            )
+        )
     shared = animation_paths.not_alone(obj, paths)
     if shared:
         raise problem.Problem(
@@ -148,24 +157,25 @@ def _replace(obj: bpy.types.Object, modifier: bpy.types.LatticeModifier, before:
         sockets.write(ours, input_name, getattr(modifier, native_name))
     sockets.write(ours, "Outside", "Extend")
     sockets.write(ours, "Preserve", 0.0)
+    # Curves and drivers go with a modifier that is renamed: to the new name, and from there to ours.
     modifier.name = name + REPLACED
     ours.name = name
-    # From here on the name, and with it what animates the switches, is ours.
+    animation_paths.rename(obj, _paths(modifier, ours))
     modifier.show_viewport = modifier.show_render = False
-    animation_paths.rename(obj, _paths(ours))
     return Change(obj, modifier, ours, name, switches, before)
 
 
-def _paths(ours: bpy.types.NodesModifier) -> dict[str, str]:
+def _paths(modifier: bpy.types.LatticeModifier, ours: bpy.types.NodesModifier) -> dict[str, str]:
     """Where curves and drivers led, and where they are to lead."""
-    start = animation_paths.of_modifier(ours)
-    return {f"{start}.{name}": drivers.data_path(ours, input_name) for name, input_name in INPUTS.items()}
+    before, after = (animation_paths.of_modifier(one) for one in (modifier, ours))
+    switches = {f"{before}.{name}": f"{after}.{name}" for name in SWITCHES}
+    return switches | {f"{before}.{name}": drivers.data_path(ours, given) for name, given in INPUTS.items()}
 
 
 def _take_back(change: Change) -> None:
-    animation_paths.rename(change.obj, {new: old for old, new in _paths(change.ours).items()})
-    # Under another name, so that what animates the old modifier does not go with ours.
-    change.ours.name = change.name + REPLACED
+    animation_paths.rename(change.obj, {new: old for old, new in _paths(change.native, change.ours).items()})
+    # Blender numbers a name that is taken.
+    change.ours.name = change.native.name
     change.native.name = change.name
     for switch, value in change.switches.items():
         setattr(change.native, switch, value)
