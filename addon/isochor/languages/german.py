@@ -80,7 +80,10 @@ TEXTS = {
     "Angle of the arc into which the axis is bent, at constant length": "Winkel des Bogens, zu dem die Achse bei gleicher Länge gebogen wird",
     "Which way it bends: 0° is the axis that follows (for Z: X), 90° the one after that (for Z: Y)": "Wohin gebogen wird: 0° ist die folgende Achse (bei Z: X), 90° die danach (bei Z: Y)",
     "What stays in place: the bottom of the lattice, its centre or its top": "Was an seinem Ort bleibt: das untere Ende des Gitters, seine Mitte oder sein oberes Ende",
-    "Bernstein: every point reaches everywhere; B-Spline: each reaches its neighbourhood": "Bernstein: jeder Punkt wirkt überall; B-Spline: jeder wirkt in seiner Umgebung",
+    "Bernstein: every point reaches everywhere; B-Spline: each reaches its neighbourhood; Blender: as Blender's own Lattice modifier": "Bernstein: jeder Punkt wirkt überall; B-Spline: jeder wirkt in seiner Umgebung; Blender: wie Blenders eigener Modifikator Lattice",
+    "Vertex group of the lattice: how strongly each point pulls, from 1 outside of the group to Heaviest": "Vertexgruppe des Gitters: wie stark jeder Punkt zieht, von 1 außerhalb der Gruppe bis Heaviest",
+    "How strongly a point with weight 1 in the group pulls, as a factor on one outside of it": "Wie stark ein Punkt mit Gewicht 1 in der Gruppe zieht, als Faktor auf einen außerhalb von ihr",
+    "With Outside at Keep: how smoothly the shape joins vertices beyond the lattice. C0: it does not tear; C1: no crease; C2: no jump in curvature": "Bei Outside auf Keep: wie glatt die Form an Vertices jenseits des Gitters anschließt. C0: ohne Riss; C1: ohne Knick; C2: ohne Sprung in der Krümmung",
     "Vertices outside the lattice: keep them, or extend the deformation to them": "Vertices außerhalb des Gitters: sie lassen, wie sie sind, oder die Verformung auf sie ausdehnen",
     # Fitting again
     "Fit Lattice Again": "Gitter neu anpassen",

@@ -12,7 +12,7 @@ from . import group_inputs, sockets
 
 NAME = "Volume Lattice"
 VERSION_KEY = "isochor_version"
-VERSION = 3
+VERSION = 4
 """Of the inputs and of the nodes that ``_Builder`` lays; a file with an older number gets them anew on loading."""
 
 INCOMING = ".isochor_incoming_"
@@ -27,7 +27,10 @@ REGION = ".isochor_region_"
 
 SHAPING = (sockets.SQUASH, sockets.TAPER, sockets.TWIST, sockets.BEND, sockets.BEND_DIRECTION)
 """The numbers of the panel Animate."""
-NUMBERS = ("Strength", "Preserve", "Target", sockets.WHERE_LOST, sockets.REGION_TARGET, sockets.FALLOFF, *SHAPING)
+NUMBERS = (
+    *("Strength", "Preserve", "Target", sockets.WHERE_LOST, sockets.REGION_TARGET, sockets.FALLOFF, sockets.HEAVIEST),
+    *SHAPING,
+)
 SWITCHES = (sockets.ISLANDS, sockets.CLOSE_HOLES, sockets.UNFOLDED)
 
 Socket = bpy.types.NodeSocket
@@ -179,7 +182,8 @@ class _Builder:
         length = self._node("ShaderNodeVectorMath", operation="LENGTH")
         self._link(self._inputs.outputs["Axes"], length.inputs[0])
         total = self._floats("ADD", total, length.outputs["Value"])
-        total = self._floats("ADD", total, self._length(sockets.STIFFNESS))
+        for name in (sockets.STIFFNESS, sockets.WEIGHTS):
+            total = self._floats("ADD", total, self._length(name))
         for geometry in (*map(self._object_geometry, (sockets.LATTICE, sockets.FRAME)), self._pins_geometry()):
             total = self._floats("ADD", total, self._point_count(geometry))
         return self._compare("EQUAL", "FLOAT", self._floats("MULTIPLY", total, 0.0), 0.0)
