@@ -25,7 +25,7 @@ class Staged:
     def __init__(
         self, scene: bpy.types.Scene, obj: bpy.types.Object, resolution: tuple[int, int, int], **fit: Any
     ) -> None:
-        """``fit``: basis and margin of the lattice, where not those of ``add_volume_lattice``."""
+        """``fit``: basis, margin and fit of the lattice, where not those of ``add_volume_lattice``."""
         set_stage(scene)
         scene.collection.objects.link(obj)
         bpy.context.view_layer.update()
@@ -71,6 +71,12 @@ class Staged:
         return Tile(caption, self.object.name, self.whole, self.whole if promised else None, note)
 
 
+def clear_stage() -> None:
+    """Takes every object away."""
+    for obj in list(bpy.data.objects):
+        bpy.data.objects.remove(obj)
+
+
 def standing_column() -> bpy.types.Object:
     """The striped column, turned so that two of its sides are seen, and small enough to be stretched in the picture."""
     column = make_column()
@@ -89,7 +95,7 @@ def lowest(obj: bpy.types.Object) -> float:
 def draw_lattice(lattice: bpy.types.Object, layer: int | None = None) -> bpy.types.Object:
     """An object of thin tubes along the lattice's lines as it is shaped now, for renders show none by themselves: those
     of its outer faces, or of one layer of points."""
-    data = lattice.data
+    data: Any = lattice.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
     places = np.array([lattice.matrix_world @ point.co_deform for point in data.points])
     places = places.reshape(data.points_w, data.points_v, data.points_u, 3)
     return draw_lines(f"{lattice.name} Lines", places if layer is None else places[layer : layer + 1])

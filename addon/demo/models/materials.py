@@ -71,3 +71,9 @@ def elephant_material() -> bpy.types.Material:
     for name, paint in (("trim", GOLD), ("ear", EAR_PINK), ("tuft", INK), ("eye", INK)):
         colour = shader.mix(shader.below(shader.attribute(name), 0.0, softness=0.006), colour, paint)
     return shader.finish(colour, roughness=0.38, coat=0.15)
+
+
+def sign_material() -> bpy.types.Material:
+    """Enamel in stripes."""
+    shader = Shader("Sign")
+    return shader.finish(shader.mix(shader.below(shader.attribute("across"), 0.0, 0.05), CORAL, GOLD), 0.3, 0.3)
