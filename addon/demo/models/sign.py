@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A word cut out of a plate with round strokes: flat letters of even thickness, each closed (numpy only)."""
 
+from functools import cache
+
 import numpy as np
 from lettering import distance_to_segments, word_segments
 
@@ -9,11 +11,12 @@ from .model import Array, Model
 
 WORD, HEIGHT, STROKE = "ISOCHOR", 1.0, 0.12
 THICKNESS = 0.16
-SPACING = 0.034
+SPACING = 0.04
 EDGE = 0.03
 """Radius of the letters' edges."""
 
 
+@cache
 def make_sign() -> Model:
     """In the plane z = 0 and above it, centred in x and y."""
     segments = word_segments(WORD, HEIGHT)

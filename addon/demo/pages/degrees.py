@@ -9,9 +9,8 @@ import bpy
 import numpy as np
 from column import HEIGHT
 from figure_stage import View, set_view
-from gallery_scene import Staged, clear_stage, draw_lattice, standing_column
+from gallery_scene import Staged, clear_stage, draw_lattice, moved_layer, standing_column
 from gallery_tile import Tile
-from mathutils import Vector
 from surface_measures import mesh_arrays
 
 NAME = "degrees"
@@ -59,10 +58,7 @@ def dragged(scene: bpy.types.Scene, layers: int) -> Staged:
     clear_stage()
     staged = Staged(scene, standing_column(), (2, 2, layers), basis="BERNSTEIN", margin=0.0)
     set_view(scene, VIEW)
-    aside = staged.lattice.matrix_world.to_3x3().inverted() @ Vector(DRAG)
-    for point in list(staged.lattice.data.points)[-4:]:
-        point.co_deform += aside
-    bpy.context.view_layer.update()
+    moved_layer(staged.lattice, layers - 1, DRAG)
     return staged
 
 

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The gallery's pages on all of free-form deformation, as they are set up for a render, without one: every volume that
+a picture promises, and what its caption says, measured on the mesh that Blender evaluates."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+from mathutils.kdtree import KDTree
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "addon" / "demo"), str(ROOT / "blend_fixtures")]
+
+from models.elephant import make_elephant  # noqa: E402
+from models.model import Model  # noqa: E402
+from patch_object import patch_surface  # noqa: E402
+from render_gallery import measured  # noqa: E402
+from surface_measures import enclosed_volume, mesh_arrays  # noqa: E402
+
+EXACT = 1e-6
+"""Relative error of a volume on vertices in float32."""
+
+
+def page(name):
+    return importlib.import_module(f"pages.{name}")
+
+
+def walked(name):
+    """The page's tiles, each measured as it is set up; every promised volume is exact."""
+    found = []
+    for tile in page(name).tiles(bpy.context.scene):
+        volume = measured(tile)
+        assert tile.must_be is None or abs(volume / tile.must_be - 1.0) <= EXACT, tile
+        found.append((tile, volume))
+    return found
+
+
+@pytest.mark.parametrize("level", [1, 2, 5])
+def test_the_patch_model_is_watertight_at_every_level(level):
+    elephant = make_elephant()
+    found = elephant.tessellate(level)
+    model = Model(found.vertices, found.triangles)
+    assert len(elephant.patches) >= 32
+    assert model.is_closed
+    assert model.genus == 0
+    assert enclosed_volume(found.vertices, found.triangles) > 3.0
+    sides = found.vertices[found.triangles]
+    areas = np.linalg.norm(np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0]), axis=1)
+    assert areas.min() > 1e-6
+
+
+def test_the_patch_model_is_smooth_across_its_edges():
+    elephant = make_elephant()
+    along = np.linspace(0.0, 1.0, 9)
+    zero, one = np.zeros(9), np.ones(9)
+    ends = (along, zero), (one, along), (1.0 - along, one), (zero, 1.0 - along)
+    normals = [elephant.normals(*end) for end in ends]
+    sides = {}
+    for number, patch in enumerate(elephant.patches):
+        for edge in range(4):
+            sides[tuple(np.rot90(patch, edge)[0].tolist())] = normals[edge][number]
+    assert len(sides) == 4 * len(elephant.patches)
+    alike = [(side * sides[row[::-1]][::-1]).sum(axis=1).min() for row, side in sides.items()]
+    turns = np.arccos(np.clip(alike, -1.0, 1.0))
+    assert np.degrees(max(turns)) < 1.5
+    assert np.degrees(np.mean(turns)) < 0.1
+
+
+def test_blenders_own_surface_of_the_patch_model_is_the_same():
+    elephant = make_elephant()
+    surface = patch_surface("Elephant", elephant, resolution=2)
+    assert {(spline.point_count_u, spline.order_v) for spline in surface.data.splines} == {(4, 4)}
+    drawn = surface.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
+    points, triangles = mesh_arrays(drawn)
+    ours = elephant.tessellate(7)
+    tree = KDTree(len(points))
+    for number, place in enumerate(points):
+        tree.insert(place, number)
+    tree.balance()
+    assert max(tree.find(place)[2] for place in ours.vertices) < 1e-5
+    assert enclosed_volume(points, triangles) == pytest.approx(enclosed_volume(ours.vertices, ours.triangles), rel=1e-5)
+
+
+def test_boxes_lean_with_the_object_and_degrees_move_as_powers():
+    degrees = page("degrees")
+    assert len(walked("degrees")) == 6
+    large, small = (degrees.box_share(degrees.leaning(bpy.context.scene, fit)) for fit, _ in degrees.BOXES)
+    assert small < 1.2 < 3.0 < large
+    for layers in degrees.DEGREES:
+        staged = degrees.dragged(bpy.context.scene, layers)
+        # The drag's share at half height is (1/2)^degree: the last Bernstein polynomial.
+        assert degrees.moved_halfway(staged) == pytest.approx(0.5 ** (layers - 1), abs=1e-3)
+
+
+def test_flat_letters_keep_their_area():
+    shown = walked("flat")
+    plain = [volume / tile.whole for tile, volume in shown if tile.must_be is None]
+    assert len(plain) == 1
+    assert plain[0] > 1.2
+
+
+def test_poses_are_blended_and_keep_the_volume():
+    poses = page("poses")
+    assert len(walked("poses")) == len(poses.MIXES)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    staged = poses.posed(bpy.context.scene)
+    staged.put(Preserve=0.0)
+    shapes = []
+    for values in ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.5, 0.6, 0.7)):
+        poses.mix(staged, values)
+        seen = staged.object.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        shapes.append(mesh_arrays(seen.data)[0].astype(np.float64))
+    rest, *single, mixed = shapes
+    blended = rest + sum(value * (shape - rest) for value, shape in zip((0.5, 0.6, 0.7), single, strict=True))
+    assert np.abs(mixed - blended).max() < 1e-5
