@@ -116,3 +116,10 @@ def test_poses_are_blended_and_keep_the_volume():
     rest, *single, mixed = shapes
     blended = rest + sum(value * (shape - rest) for value, shape in zip((0.5, 0.6, 0.7), single, strict=True))
     assert np.abs(mixed - blended).max() < 1e-5
+
+
+def test_a_row_of_all_kinds_is_bent_and_the_text_keeps_its_volume():
+    assert len(walked("kinds")) == 2
+    text, *others = (bpy.data.objects[name] for name in ("Text", "Coil", "Hair", "Cloud"))
+    lattices = {page("kinds").find_volume_lattice(obj).name for obj in (text, *others)}
+    assert lattices == {"Volume Lattice"}

@@ -85,17 +85,14 @@ def make_elephant() -> PatchModel:
     return smooth_patches(cage)
 
 
-def elephant_mesh(level: int, points: Array | None = None) -> Model:
-    """The elephant tessellated, with values that colour it: cloth, trim, ear, eye, tuft. ``points``: control points
-    (K, 3) that have been moved; the colours stay where they are at rest."""
-    elephant = make_elephant()
-    rest = elephant.tessellate(level)
-    shaped = rest if points is None else PatchModel(points, elephant.patches).tessellate(level)
-    return Model(shaped.vertices, rest.triangles, _paint(rest.vertices))
+def elephant_mesh(level: int) -> Model:
+    """The elephant tessellated, with the values that colour it."""
+    found = make_elephant().tessellate(level)
+    return Model(found.vertices, found.triangles, paint(found.vertices))
 
 
-def _paint(points: Array) -> dict[str, Array]:
-    """Signed distances, by name."""
+def paint(points: Array) -> dict[str, Array]:
+    """Signed distances of points of the elephant at rest to the edges of its colours: cloth, trim, ear, eye, tuft."""
     x, y, z = points[:, 0], np.abs(points[:, 1]), points[:, 2]
     cloth = np.maximum(np.abs(x - CLOTH[0]) - CLOTH[1], CLOTH[2] - z)
     eye = np.linalg.norm(np.stack([x, y, z], axis=1) - np.array(EYE), axis=1) - EYE_RADIUS

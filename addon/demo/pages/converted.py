@@ -38,7 +38,7 @@ def tiles(scene: bpy.types.Scene) -> Iterator[Tile]:
     yield Tile("converted to a Volume Lattice", goblin.name, whole, None, f"differs by {apart:.0e} of its size")
     set_input(find_volume_lattice(goblin), "Preserve", 1.0)
     bpy.context.view_layer.update()
-    yield Tile("with Preserve 1", goblin.name, whole, whole, f"moved by {difference(evaluated_points(goblin), before):.2f}")
+    yield Tile("then with Preserve 1", goblin.name, whole, whole)
 
 
 def native_scene(scene: bpy.types.Scene) -> tuple[bpy.types.Object, bpy.types.Object]:
