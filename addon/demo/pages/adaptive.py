@@ -3,7 +3,6 @@
 
 from collections.abc import Iterator
 
-import bmesh
 import bpy
 import numpy as np
 from blender_session import DemoError
@@ -12,7 +11,7 @@ from figure_stage import View, set_view
 from gallery_scene import Staged, clear_stage, draw_paths
 from gallery_tile import Tile
 from mathutils import Vector
-from models.beam import TALL, make_beam
+from models.beam import TALL, divided, make_beam
 from stage import CORAL, TEAL, tint
 
 NAME = "adaptive"
@@ -22,8 +21,8 @@ TOLERANCE = 0.02
 LAYERS = 7
 BEND = 1.9
 """Angle of the bend, in radians."""
-EVEN_CUTS = 15
-"""Cuts in each edge that keep the same tolerance where the beam bends most: half of half … four times over."""
+EVEN = 16
+"""Parts of each edge that keep the same tolerance where the beam bends most."""
 VIEW = View(turn=-22.0, rise=12.0, height=1.15, distance=8.0, size=(520, 420))
 EDGE = 0.006
 """Radius of the drawn edges, in scene units."""
@@ -35,13 +34,13 @@ def tiles(scene: bpy.types.Scene) -> Iterator[Tile]:
     staged = bent(scene)
     apply(staged.object, TOLERANCE)
     yield shown(staged, f"applied with Tolerance {TOLERANCE}")
-    yield shown(bent(scene, EVEN_CUTS), "divided everywhere as finely")
+    yield shown(bent(scene, EVEN), "divided everywhere as finely")
 
 
-def bent(scene: bpy.types.Scene, cuts: int = 0) -> Staged:
+def bent(scene: bpy.types.Scene, parts: int = 1) -> Staged:
     """The beam, its upper half bent over."""
     clear_stage()
-    staged = Staged(scene, beam_object(cuts), (2, 2, LAYERS), margin=0.0)
+    staged = Staged(scene, beam_object(parts), (2, 2, LAYERS), margin=0.0)
     set_view(scene, VIEW)
     lattice = staged.lattice
     to_own = lattice.matrix_world.inverted()
@@ -58,21 +57,15 @@ def bent(scene: bpy.types.Scene, cuts: int = 0) -> Staged:
     return staged
 
 
-def beam_object(cuts: int) -> bpy.types.Object:
-    """The beam, its lower half of one colour and its upper of another, edges cut so many times."""
-    points, quads = make_beam()
+def beam_object(parts: int) -> bpy.types.Object:
+    """The beam, its lower half of one colour and its upper of another, every edge in so many parts."""
+    points, quads = divided(*make_beam(), parts)
     mesh = bpy.data.meshes.new("Beam")
     mesh.from_pydata(points.tolist(), [], quads)
     for colour in (TEAL, CORAL):
         mesh.materials.append(tint("Beam", colour))
     for polygon in mesh.polygons:
         polygon.material_index = int(polygon.center.z > TALL / 2.0)
-    if cuts:
-        work = bmesh.new()
-        work.from_mesh(mesh)
-        bmesh.ops.subdivide_edges(work, edges=work.edges, cuts=cuts, use_grid_fill=True)
-        work.to_mesh(mesh)
-        work.free()
     return bpy.data.objects.new("Beam", mesh)
 
 
