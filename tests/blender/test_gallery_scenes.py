@@ -139,3 +139,13 @@ def test_a_row_of_all_kinds_is_bent_over_a_hill_and_the_text_keeps_its_volume():
     for obj, was in zip(objects, before, strict=True):
         moved = obj.matrix_world.to_3x3() @ type(obj.location)(middle(obj) - was)
         assert abs(moved.x) > 0.1 or moved.z > 0.5, obj.name
+
+
+def test_only_the_patch_models_control_points_move_and_its_tessellation_keeps_the_volume():
+    (_, _), (alone, plain), (kept, _) = walked("patches")
+    assert alone.must_be is None
+    assert plain < 0.8 * kept.whole
+    deformed = page("patches").PatchDeformation()
+    surface, points, _ = deformed.shaped(1.0)
+    assert np.abs(deformed.surface.apply(points) - surface).max() < 1e-12
+    assert enclosed_volume(surface, deformed.triangles) == pytest.approx(deformed.whole, rel=1e-12)

@@ -25,7 +25,7 @@ SHAPE = (4, 3, 4)
 PLACE = np.array([-0.45, 0.0, 0.0])
 BORDER = 0.008
 """Radius of the drawn edges of patches, in scene units."""
-VIEW = View(turn=28.0, rise=12.0, height=1.12, distance=12.4, size=(520, 400))
+VIEW = View(turn=28.0, rise=12.0, height=1.12, distance=14.2, size=(520, 400))
 
 
 def tiles(scene: bpy.types.Scene) -> Iterator[Tile]:
@@ -74,7 +74,7 @@ def pressed(control: Array) -> Array:
     moved[..., 2] *= 0.62
     pivot = moved[1, 0, 2]
     share = np.array([0.0, 0.0, 0.5, 1.0])[:, None, None]
-    along, up = turned(moved[..., 0] - pivot[0], moved[..., 2] - pivot[2], 0.8 * share)
+    along, up = turned(moved[..., 0] - pivot[0], moved[..., 2] - pivot[2], 0.7 * share)
     moved[..., 0], moved[..., 2] = pivot[0] + along, pivot[2] + up
     return moved
 
