@@ -149,3 +149,81 @@ def test_only_the_patch_models_control_points_move_and_its_tessellation_keeps_th
     surface, points, _ = deformed.shaped(1.0)
     assert np.abs(deformed.surface.apply(points) - surface).max() < 1e-12
     assert enclosed_volume(surface, deformed.triangles) == pytest.approx(deformed.whole, rel=1e-12)
+
+
+def test_a_native_lattice_is_converted_without_change_and_then_keeps_the_volume():
+    converted = page("converted")
+    (_, before), (_, after), (kept, _) = walked("converted")
+    assert before < 0.8 * kept.whole
+    assert after == pytest.approx(before, rel=1e-5)
+    bpy.ops.wm.open_mainfile(filepath=str(ROOT / "blend_fixtures" / "native_lattice.blend"))
+    elephant, frames = bpy.data.objects["Elephant"], (1, 7, 12, 24)
+    shapes = []
+    for convert in (False, True):
+        if convert:
+            converted.convert(elephant)
+        for frame in frames:
+            bpy.context.scene.frame_set(frame)
+            shapes.append(converted.evaluated_points(elephant))
+    assert [modifier.type for modifier in elephant.modifiers] == ["NODES"]
+    moved = [converted.difference(shape, shapes[0]) for shape in shapes[:4]]
+    assert moved[0] == 0.0
+    assert min(moved[1:]) > 0.05
+    assert max(map(converted.difference, shapes[4:], shapes[:4])) <= 1e-6
+
+
+def test_refinement_changes_nothing_and_the_finer_lattice_makes_a_detail():
+    refined = page("refined")
+    assert len(walked("refined")) == 3
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    staged = refined.posed(bpy.context.scene)
+    assert refined.refined_apart(staged) <= 1e-6
+    data = staged.lattice.data
+    assert (data.points_u, data.points_v, data.points_w) == refined.FINER
+    assert [key.name for key in data.shape_keys.key_blocks] == ["Basis", "Wave", "Twist"]
+    before = refined.evaluated_points(staged.object)
+    refined.bulge(staged)
+    moved = np.linalg.norm(refined.evaluated_points(staged.object) - before, axis=1)
+    assert moved.max() > 0.1
+
+
+def test_adaptive_faces_are_few_and_keep_volume_and_materials():
+    (_, _), (few, _), (_, _) = walked("adaptive")
+    adaptive = page("adaptive")
+    faces = {}
+    for parts in (1, adaptive.EVEN):
+        faces[parts] = len(adaptive.bent(bpy.context.scene, parts).object.data.polygons)
+    staged = adaptive.bent(bpy.context.scene)
+    adaptive.apply(staged.object, adaptive.TOLERANCE)
+    mesh = staged.object.data
+    assert few.note == f"{len(mesh.polygons)} faces"
+    assert faces[1] < len(mesh.polygons) < faces[adaptive.EVEN]
+    upper = {polygon.material_index for polygon in mesh.polygons if polygon.center.x > 0.4}
+    assert upper == {1}
+    assert {polygon.material_index for polygon in mesh.polygons} == {0, 1}
+
+
+@pytest.mark.parametrize(("joint", "torn", "turn"), [("Free", True, None), ("C0", False, 5.0), ("C1", False, 0.5)])
+def test_joints_are_as_smooth_as_they_say(joint, torn, turn):
+    joints = page("joints")
+    staged = joints.half_held(bpy.context.scene)
+    staged.put(Outside="Keep", Joint=joint)
+    step, angle = joints.jumps(staged)
+    assert (step > 0.1) is torn
+    if turn:
+        assert (angle > turn) is (joint == "C0")
+
+
+def test_every_joint_keeps_the_volume():
+    assert len(walked("joints")) == len(page("joints").CASES)
+
+
+def test_a_heavier_point_pulls_harder_and_weights_make_an_exact_circle():
+    weights = page("weights")
+    assert len(walked("weights")) == 6
+    lifts = [weights.lift(weights.pulled(bpy.context.scene, weight)) for weight in weights.WEIGHTS]
+    assert lifts == sorted(lifts)
+    assert lifts[-1] > 2.0 * lifts[0]
+    off = [weights.off_circle(weights.bent_bar(bpy.context.scene, weight)) for weight in (1.0, weights.LIGHT)]
+    assert off[0] > 0.1
+    assert off[1] <= 1e-6

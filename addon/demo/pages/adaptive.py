@@ -16,12 +16,12 @@ from stage import CORAL, TEAL, tint
 
 NAME = "adaptive"
 COLUMNS = 3
-TOLERANCE = 0.02
+TOLERANCE = 0.01
 """How far faces and edges may be from the bent space, in scene units."""
 LAYERS = 7
 BEND = 1.9
 """Angle of the bend, in radians."""
-EVEN = 16
+EVEN = 8
 """Parts of each edge that keep the same tolerance where the beam bends most."""
 VIEW = View(turn=-22.0, rise=12.0, height=1.15, distance=8.0, size=(520, 420))
 EDGE = 0.006
