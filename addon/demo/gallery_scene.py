@@ -3,6 +3,7 @@
 made visible (bpy)."""
 
 import importlib
+from collections.abc import Iterable
 from math import radians
 from typing import Any
 
@@ -11,7 +12,9 @@ import numpy as np
 from blender_session import EXTENSION
 from column import make_column
 from gallery_tile import Tile
-from stage import INK, set_stage, tint
+from mathutils import Vector
+from numpy.typing import NDArray
+from stage import INK, Colour, set_stage, tint
 from surface_measures import enclosed_volume, measure, mesh_arrays
 from volume_lattice import add_volume_lattice, find_volume_lattice, get_input, input_path, menu_items, set_input
 
@@ -25,7 +28,7 @@ class Staged:
     def __init__(
         self, scene: bpy.types.Scene, obj: bpy.types.Object, resolution: tuple[int, int, int], **fit: Any
     ) -> None:
-        """``fit``: basis and margin of the lattice, where not those of ``add_volume_lattice``."""
+        """``fit``: basis, margin and fit of the lattice, where not those of ``add_volume_lattice``."""
         set_stage(scene)
         scene.collection.objects.link(obj)
         bpy.context.view_layer.update()
@@ -71,12 +74,24 @@ class Staged:
         return Tile(caption, self.object.name, self.whole, self.whole if promised else None, note)
 
 
+def clear_stage() -> None:
+    """Takes every object away."""
+    for obj in list(bpy.data.objects):
+        bpy.data.objects.remove(obj)
+
+
 def standing_column() -> bpy.types.Object:
     """The striped column, turned so that two of its sides are seen, and small enough to be stretched in the picture."""
     column = make_column()
     column.scale = (0.8, 0.8, 0.8)
     column.rotation_euler.z = radians(-28.0)
     return column
+
+
+def evaluated_points(obj: bpy.types.Object) -> NDArray[np.float64]:
+    """Places (V, 3) of what Blender draws of the object, in its own space."""
+    seen: Any = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    return mesh_arrays(seen.data)[0].astype(np.float64)
 
 
 def lowest(obj: bpy.types.Object) -> float:
@@ -89,7 +104,7 @@ def lowest(obj: bpy.types.Object) -> float:
 def draw_lattice(lattice: bpy.types.Object, layer: int | None = None) -> bpy.types.Object:
     """An object of thin tubes along the lattice's lines as it is shaped now, for renders show none by themselves: those
     of its outer faces, or of one layer of points."""
-    data = lattice.data
+    data: Any = lattice.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
     places = np.array([lattice.matrix_world @ point.co_deform for point in data.points])
     places = places.reshape(data.points_w, data.points_v, data.points_u, 3)
     return draw_lines(f"{lattice.name} Lines", places if layer is None else places[layer : layer + 1])
@@ -97,17 +112,31 @@ def draw_lattice(lattice: bpy.types.Object, layer: int | None = None) -> bpy.typ
 
 def draw_lines(name: str, places: Any) -> bpy.types.Object:
     """Thin tubes between the places (n, n, n, 3) of a grid in the world, along its outer faces."""
+    return draw_paths(name, _lines(np.asarray(places)))
+
+
+def draw_paths(name: str, paths: Iterable[Any], radius: float = WIRE, colour: Colour = INK) -> bpy.types.Object:
+    """Thin tubes along paths, each (points, 3), in the world."""
     curve = bpy.data.curves.new(name, "CURVE")
-    curve.dimensions, curve.bevel_depth = "3D", WIRE
-    for line in _lines(np.asarray(places)):
+    curve.dimensions, curve.bevel_depth = "3D", radius
+    for path in paths:
         spline = curve.splines.new("POLY")
-        spline.points.add(len(line) - 1)
-        for point, place in zip(spline.points, line):
+        spline.points.add(len(path) - 1)
+        for point, place in zip(spline.points, path):
             point.co = (*place, 1.0)
-    curve.materials.append(tint("Lattice", INK))
+    curve.materials.append(tint("Lattice", colour))
     drawn = bpy.data.objects.new(curve.name, curve)
     bpy.context.scene.collection.objects.link(drawn)
     return drawn
+
+
+def moved_layer(lattice: bpy.types.Object, layer: int, by: Any) -> None:
+    """Moves one layer of points along the lattice's last axis, by a vector in the world."""
+    aside = lattice.matrix_world.to_3x3().inverted() @ Vector(by)
+    count = lattice.data.points_u * lattice.data.points_v
+    for point in list(lattice.data.points)[layer * count : (layer + 1) * count]:
+        point.co_deform += aside
+    bpy.context.view_layer.update()
 
 
 def _lines(places: Any) -> list[Any]:

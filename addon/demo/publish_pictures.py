@@ -11,7 +11,7 @@ from PIL import Image
 
 SHOWN = re.compile(r"!\[[^\]]*\]\((?:\.\./)?pictures/([\w-]+\.png)\)")
 WIDEST = 1600
-EACH, ALL = 250_000, 3_500_000
+EACH, ALL = 250_000, 5_000_000
 """Bytes allowed."""
 
 

@@ -76,10 +76,10 @@ def shot_of(page: ModuleType, place: Path, tile: Tile, volume: float) -> Shot:
 def measured(tile: Tile) -> float:
     """Signed volume of what Blender draws now, float64, in the object's own space."""
     import bpy
-    from surface_measures import enclosed_volume, mesh_arrays
+    from surface_measures import drawn_arrays, enclosed_volume
 
     evaluated: Any = bpy.data.objects[tile.object_name].evaluated_get(bpy.context.evaluated_depsgraph_get())
-    return enclosed_volume(*mesh_arrays(evaluated.data))
+    return enclosed_volume(*drawn_arrays(evaluated))
 
 
 def main() -> None:

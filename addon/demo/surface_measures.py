@@ -26,6 +26,12 @@ def mesh_arrays(mesh: Any) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
     return positions.reshape(-1, 3), triangles.reshape(-1, 3)
 
 
+def drawn_arrays(evaluated: Any) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """``mesh_arrays`` of what Blender draws of an evaluated object, be it a mesh or, under a modifier, a text."""
+    geometry = evaluated.evaluated_geometry()  # its mesh lives no longer than it does
+    return mesh_arrays(evaluated.data if evaluated.type == "MESH" else geometry.mesh)
+
+
 def enclosed_volume(positions: NDArray[Any], triangles: NDArray[np.int32]) -> float:
     """Signed volume of the closed surface, float64, summed about the mean of `positions` (V, 3)."""
     centred = positions.astype(np.float64)

@@ -10,13 +10,17 @@ MODIFIER_NAME = "Volume Lattice"
 
 
 def add_volume_lattice(
-    ball: bpy.types.Object, points: tuple[int, int, int], basis: str = "BSPLINE", margin: float = 0.05
+    ball: bpy.types.Object,
+    points: tuple[int, int, int],
+    basis: str = "BSPLINE",
+    margin: float = 0.05,
+    fit: str = "LOCAL",
 ) -> bpy.types.Object:
     """Gives `ball` the modifier through the extension's operator, corrected in x and y; returns its lattice object."""
     bpy.ops.object.select_all(action="DESELECT")
     bpy.context.view_layer.objects.active = ball
     ball.select_set(True)
-    outcome = bpy.ops.isochor.add(resolution=points, basis=basis, fit="LOCAL", margin=margin)
+    outcome = bpy.ops.isochor.add(resolution=points, basis=basis, fit=fit, margin=margin)
     if outcome != {"FINISHED"}:
         raise DemoError(f"isochor.add on {ball.name!r} answered {outcome}, expected FINISHED.")
     modifier = find_volume_lattice(ball)

@@ -2,12 +2,13 @@
 """What the models are painted with: colours that meet where a value of the model is 0 (bpy)."""
 
 import bpy
-from stage import CORAL, CREAM, Shader
+from stage import CORAL, CREAM, INK, Shader
 
 LACQUER, SUNKEN_LACQUER, GOLD = (0.62, 0.045, 0.03), (0.3, 0.014, 0.014), (0.83, 0.5, 0.13)
 GLAZE, CLAY, LINING = (0.04, 0.3, 0.36), (0.62, 0.34, 0.2), (0.86, 0.8, 0.68)
 SKIN, PALE, PINK = (0.2, 0.36, 0.13), (0.42, 0.5, 0.22), (0.62, 0.24, 0.2)
 PUPIL, EYE = (0.02, 0.02, 0.025), (0.85, 0.84, 0.8)
+HIDE, EAR_PINK = (0.23, 0.29, 0.38), (0.72, 0.36, 0.32)
 MOVED = ((0.01, (0.6, 0.6, 0.58)), (0.02, (0.85, 0.72, 0.2)), (0.05, (0.85, 0.35, 0.05)), (0.1, (0.65, 0.06, 0.03)))
 """What moved less than each limit, in sizes of the model, and its colour."""
 MOVED_MOST = (0.2, 0.01, 0.03)
@@ -73,3 +74,18 @@ def moved_material() -> bpy.types.Material:
     for limit, band in reversed(MOVED):
         colour = shader.mix(shader.below(moved, limit, softness=0.0005), colour, band)
     return shader.finish(colour, roughness=0.6)
+
+
+def elephant_material() -> bpy.types.Material:
+    """Grey hide and a red cloth with a golden trim."""
+    shader = Shader("Elephant")
+    colour = shader.mix(shader.below(shader.attribute("cloth"), 0.0), HIDE, CORAL)
+    for name, paint in (("trim", GOLD), ("ear", EAR_PINK), ("tuft", INK), ("eye", INK)):
+        colour = shader.mix(shader.below(shader.attribute(name), 0.0, softness=0.006), colour, paint)
+    return shader.finish(colour, roughness=0.38, coat=0.15)
+
+
+def sign_material() -> bpy.types.Material:
+    """Enamel in stripes."""
+    shader = Shader("Sign")
+    return shader.finish(shader.mix(shader.below(shader.attribute("across"), 0.0, 0.05), CORAL, GOLD), 0.3, 0.3)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from math import radians
 
 import bpy
-from gallery_scene import Staged, draw_lattice, standing_column
+from gallery_scene import Staged, clear_stage, draw_lattice, standing_column
 from gallery_tile import Tile
 
 NAME = "interpolation"
@@ -34,6 +34,5 @@ def tiles(scene: bpy.types.Scene) -> Iterator[Tile]:
 
 def fresh(scene: bpy.types.Scene, resolution: tuple[int, int, int], basis: str) -> Staged:
     """A column at rest on an empty stage."""
-    for obj in list(bpy.data.objects):
-        bpy.data.objects.remove(obj)
+    clear_stage()
     return Staged(scene, standing_column(), resolution, basis=basis)
