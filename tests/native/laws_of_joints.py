@@ -10,7 +10,7 @@ import laws_smoothness as smooth
 import meshes
 import numpy as np
 import oracle as textbook
-from laws_deforming import Run, law, native, weighted
+from laws_deforming import EVERY, Run, law, native, weighted
 from oracle import Array, Spec
 
 FACES = ("s0", "s1", "t0", "t1", "u0", "u1")
@@ -187,3 +187,48 @@ def corrections_keep_the_joint(run: Run, joint: Joint) -> None:
     left = slopes(run, joint, result.control, joint.order)
     assert np.all(np.abs(left) <= rounding(run, joint, size)), np.abs(left).max(axis=(0, 2))
     assert np.abs(result.control - control).max() > 1e-4
+
+
+SEAMS = {
+    name: spec
+    for name, spec in EVERY.items()
+    if any(len(smooth.breaks(spec, axis)) > 2 for axis in range(3) if spec.shape[axis] > 1)
+}
+
+
+@law(SEAMS)
+def pieces_join_as_smoothly_as_the_knots_say(run: Run, spec: Spec) -> None:
+    """Across every knot inside, along every axis: degree − multiplicity derivatives agree, and no more (in float64)."""
+    lattice, random = spec.build(), np.random.default_rng(12)
+    control = lattice.rest + random.uniform(-0.5, 0.5, lattice.rest.shape)
+    for axis in (a for a in range(3) if spec.shape[a] > 1):
+        across, breaks = random.uniform(0.1, 0.9, 3), smooth.breaks(spec, axis)
+        for before, at, after in zip(breaks, breaks[1:], breaks[2:]):
+            order = smooth.continuity(spec, axis, at)
+            left, right = (
+                smooth.derivatives(
+                    lambda t, a=axis, x=across: along(run, spec, control, a, x, t),
+                    at, end, smooth.piece_degree(spec, axis), order + 1,
+                )
+                for end in (before, after)
+            )  # fmt: skip
+            check_seam(run, spec, axis, np.abs(left - right).max(axis=1), min(at - before, after - at))
+
+
+def along(run: Run, spec: Spec, control: Array, axis: int, across: Array, t: Array) -> Array:
+    """What points on a line along an axis move, times the denominator."""
+    unit = np.tile(across, (len(t), 1))
+    unit[:, axis] = t
+    points = lattices.fitted(spec, unit).astype(run.dtype)
+    moved = run.deform(spec, points, control, outside="extend") - points
+    return moved * smooth.denominator(spec, unit)
+
+
+def check_seam(run: Run, spec: Spec, axis: int, jumps: Array, length: float) -> None:
+    """`jumps` of the derivatives: nothing but rounding up to the last but one, much more in the last."""
+    size = 4.0 if spec.weights is None else 4 * float(np.max(spec.weights))
+    size *= max(1.0, float(np.abs(spec.edges).max()))
+    room = [smooth.rounding(run.epsilon, size, smooth.piece_degree(spec, axis), length, k) for k in range(len(jumps))]
+    assert np.all(jumps[:-1] <= room[:-1]), (axis, jumps, room)
+    if run.dtype == np.float64:
+        assert jumps[-1] > 20 * room[-1], (axis, jumps, room)

@@ -3,6 +3,7 @@
 
 import laws_of_joints  # noqa: F401 — each puts its laws into the table
 import laws_of_papers  # noqa: F401
+import laws_of_weights  # noqa: F401
 import laws_on_devices  # noqa: F401
 import numpy as np
 import pytest
