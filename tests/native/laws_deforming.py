@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The table of laws of free-form deformation, and the lattices that they are put to.
 
-A law is a function of where it is tried (`Run`: device and type of the vertices) and of a case, mostly a lattice. `TABLE` holds
-every law with every case that it holds for: tests/native tries it on the CPU, tests/gpu on a GPU.
+A law is a function of where it is tried (`Run`: device and type of the vertices) and of a case, mostly a lattice.
+`TABLE` holds every law with every case that it holds for: tests/native tries it on the CPU, tests/gpu on a GPU.
 """
 
 from __future__ import annotations
@@ -16,11 +16,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from oracle import Array, Embedded, Spec
-
-
-def weighted(spec: Spec, spread: float = 8.0, seed: int = 2) -> Spec:
-    """The same lattice with rational weights, whose largest is up to spread² times the smallest."""
-    return replace(spec, weights=spread ** np.random.default_rng(seed).uniform(-1, 1, spec.shape))
 
 
 def native(shape, interpolation) -> Spec:
@@ -38,13 +33,13 @@ POLYNOMIAL = {
     "oblique": lattices.FRAMES["oblique"],
 }
 RATIONAL = {
-    "rational-bernstein": weighted(Spec((4, 4, 4))),
-    "rational-mixed": weighted(Spec((3, 6, 2)), 30.0),
-    "rational-uniform": weighted(Spec((6, 5, 7), "bspline", 3, "uniform")),
-    "rational-clamped": weighted(Spec((6, 5, 7), "bspline", (3, 2, 1), "clamped")),
-    "rational-knots": weighted(Spec((7, 7, 7), "bspline", 3, lattices.KNOTS)),
-    "rational-oblique": weighted(lattices.FRAMES["oblique"]),
-    "rational-thin": weighted(Spec((5, 1, 4))),
+    "rational-bernstein": lattices.weighted(Spec((4, 4, 4))),
+    "rational-mixed": lattices.weighted(Spec((3, 6, 2)), 30.0),
+    "rational-uniform": lattices.weighted(Spec((6, 5, 7), "bspline", 3, "uniform")),
+    "rational-clamped": lattices.weighted(Spec((6, 5, 7), "bspline", (3, 2, 1), "clamped")),
+    "rational-knots": lattices.weighted(Spec((7, 7, 7), "bspline", 3, lattices.KNOTS)),
+    "rational-oblique": lattices.weighted(lattices.FRAMES["oblique"]),
+    "rational-thin": lattices.weighted(Spec((5, 1, 4))),
 }
 NATIVE = {
     "blender-linear": native((4, 3, 5), "linear"),
@@ -54,7 +49,9 @@ NATIVE = {
     "blender-two": native((2, 2, 2), "bspline"),
     "blender-mixed": native((2, 6, 9), ("cardinal", "linear", "bspline")),
     "blender-thin": native((1, 5, 3), ("bspline", "catmull-rom", "bspline")),
-    "blender-oblique": replace(lattices.FRAMES["oblique"], basis="blender", interpolation=("bspline", "linear", "cardinal")),
+    "blender-oblique": replace(
+        lattices.FRAMES["oblique"], basis="blender", interpolation=("bspline", "linear", "cardinal")
+    ),
 }
 EVERY = {**POLYNOMIAL, **RATIONAL, **NATIVE}
 OVERSHOOTING = {"cardinal", "catmull-rom"}

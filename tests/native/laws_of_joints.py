@@ -10,7 +10,7 @@ import laws_smoothness as smooth
 import meshes
 import numpy as np
 import oracle as textbook
-from laws_deforming import EVERY, Run, law, native, weighted
+from laws_deforming import EVERY, Run, law, native
 from oracle import Array, Spec
 
 FACES = ("s0", "s1", "t0", "t1", "u0", "u1")
@@ -26,7 +26,8 @@ KINDS = {
     "blender-linear": (native((7, 6, 7), "linear"), (0,)),
 }
 KINDS |= {
-    f"rational-{name}": (weighted(KINDS[name][0]), KINDS[name][1]) for name in ("bernstein", "uniform", "clamped")
+    f"rational-{name}": (lattices.weighted(KINDS[name][0]), KINDS[name][1])
+    for name in ("bernstein", "uniform", "clamped")
 }
 
 

@@ -9,15 +9,15 @@ from __future__ import annotations
 
 import lattices
 import numpy as np
-from laws_deforming import Run, law, weighted
+from laws_deforming import Run, law
 from numpy.typing import NDArray
 from oracle import Array, Spec
 
 BLOCKS = {
-    "bernstein": weighted(Spec((4, 3, 5))),
-    "bernstein-8": weighted(Spec((9, 2, 3)), 20.0),
-    "clamped": weighted(Spec((6, 5, 7), "bspline", (3, 2, 1), "clamped")),
-    "uniform": weighted(Spec((6, 5, 7), "bspline", 3, "uniform")),
+    "bernstein": lattices.weighted(Spec((4, 3, 5))),
+    "bernstein-8": lattices.weighted(Spec((9, 2, 3)), 20.0),
+    "clamped": lattices.weighted(Spec((6, 5, 7), "bspline", (3, 2, 1), "clamped")),
+    "uniform": lattices.weighted(Spec((6, 5, 7), "bspline", 3, "uniform")),
 }
 
 

@@ -12,6 +12,7 @@ from laws_deforming import EVERY, HULLS, NATIVE, POLYNOMIAL, RATIONAL, Run, law,
 from laws_papers import pt_in_lattice
 from oracle import Spec
 
+
 def chosen(over: dict[str, Spec], which: Callable[[Spec], bool]) -> dict[str, Spec]:
     """Those of a table for which something is so."""
     return {name: spec for name, spec in over.items() if which(spec)}
@@ -62,7 +63,7 @@ def linear_precision(run: Run, spec: Spec) -> None:
 
 
 def reproduces_lines(spec: Spec, axis: int) -> bool:
-    """Of Blender's: linear everywhere, Catmull-Rom and B-spline where no tap is held at the border; Cardinal nowhere."""
+    """Linear does everywhere, Catmull-Rom and B-spline where no tap is held at the border; Cardinal nowhere."""
     word = spec.axis_interpolation(axis)
     return word == "linear" or (word != "cardinal" and spec.shape[axis] >= 4)
 

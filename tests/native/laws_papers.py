@@ -120,7 +120,10 @@ def sederberg_grid(low, high, m: int, n: int) -> Array:
     """(14.3): (m + 1, n + 1, 2) undisplaced control points."""
     (x_min, y_min), (x_max, y_max) = low, high
     return np.array(
-        [[(x_min + i / m * (x_max - x_min), y_min + j / n * (y_max - y_min)) for j in range(n + 1)] for i in range(m + 1)]
+        [
+            [(x_min + i / m * (x_max - x_min), y_min + j / n * (y_max - y_min)) for j in range(n + 1)]
+            for i in range(m + 1)
+        ]
     )
 
 

@@ -122,8 +122,8 @@ class Spec:
     def rounding(self, control: ArrayLike, epsilon: float) -> float:
         """Error to allow in an evaluated coordinate: a few ε of the control points, and parameters wrong by ε.
 
-        A basis of degree d with n points changes by at most 2 d (n − d) max|P| per unit of its parameter; Blender's, whose
-        cubics overshoot, by 8 n max|P|; a rational one by as much more as its weights differ.
+        A basis of degree d with n points changes by at most 2 d (n − d) max|P| per unit of its parameter; Blender's,
+        whose cubics overshoot, by 8 n max|P|; a rational one by as much more as its weights differ.
         """
         slope = sum(2 * self.axis_degree(a) * (self.shape[a] - self.axis_degree(a)) for a in range(3))
         if self.basis == "blender":

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """More control points and the same map: degree raised, knots inserted; and derivatives, and poses blended."""
 
-import laws_exact as exact
 import lattices
+import laws_exact as exact
 import numpy as np
 import pytest
 from determinants import slopes
