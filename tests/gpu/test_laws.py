@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The laws of free-form deformation on the GPU: the table of tests/native."""
 
-import laws_of_joints  # noqa: F401 — each puts its laws into the table
+import laws_of_blender  # noqa: F401 — each puts its laws into the table
+import laws_of_chains  # noqa: F401
+import laws_of_joints  # noqa: F401
 import laws_of_papers  # noqa: F401
+import laws_of_planes  # noqa: F401
+import laws_of_surfaces  # noqa: F401
 import laws_of_weights  # noqa: F401
 import laws_on_devices  # noqa: F401
 import numpy as np

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lattices in exact rational arithmetic: floats are the fractions that they are, and nothing is rounded before the end."""
+"""Lattices in exact rational arithmetic: floats are the fractions that they are, and only the end is rounded."""
 
 from __future__ import annotations
 
