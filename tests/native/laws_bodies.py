@@ -50,7 +50,7 @@ def lidded(count: int, bulge: float = 0.08) -> Body:
 
 
 def torus(major: float = 0.28, minor: float = 0.12) -> Body:
-    """Four by four bicubic patches about the z axis: a torus to three ten-thousandths."""
+    """Four by four bicubic patches about the z axis: a torus to six ten-thousandths of its volume."""
     around, across = _circle(), _circle()
     numbers = np.arange(12 * 12).reshape(12, 12)
     ring = major + minor * across[None, :, :1]

@@ -42,6 +42,11 @@ class Links:
         return vertices
 
 
+def quarter(x: float, y: float) -> Spec:
+    """One of Ferrier's four blocks around a car, as seen from above."""
+    return Spec((3, 3, 3), origin=(x, y, 0), edges=((0.5, 0, 0), (0, 0.5, 0), (0, 0, 1)))
+
+
 EXTEND = {"outside": "extend"}
 CHAINS = {
     "two": Links((Spec((3, 4, 3)), EVERY["uniform"]), (EXTEND, EXTEND)),
@@ -50,10 +55,8 @@ CHAINS = {
     "rational-last": Links((EVERY["bernstein"], EVERY["rational-uniform"]), (EXTEND, EXTEND)),
     "blender-last": Links((EVERY["bernstein"], EVERY["blender-bspline"]), (EXTEND, EXTEND)),
     "one": Links((EVERY["uniform"],), (EXTEND,)),
-    "four-blocks": Links(
-        tuple(Spec((3, 3, 3), origin=(x, y, 0), edges=((0.5, 0, 0), (0, 0.5, 0), (0, 0, 1))) for x in (0, 0.5) for y in (0, 0.5))
-    ),
-}  # fmt: skip
+    "four-blocks": Links(tuple(quarter(x, y) for x in (0, 0.5) for y in (0, 0.5))),
+}
 
 
 def ball(run: Run, roughness: float = 0.15):
