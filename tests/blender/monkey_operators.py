@@ -14,8 +14,9 @@ MENUS = {
     "Space": ("Global", "Object", "Lattice", "Custom"),
     "Method": ("Balanced", "Sweep", "Gradient", "Nearest"),
     "Cost": ("Points", "Surface", "Bending"),
-    "Basis": ("Bernstein", "B-Spline"),
+    "Basis": ("Bernstein", "B-Spline", "Blender"),
     "Outside": ("Keep", "Extend"),
+    "Joint": ("Free", "C0", "C1", "C2"),
     "Axis": ("X", "Y", "Z"),
     "Pivot": ("Bottom", "Centre", "Top"),
 }
@@ -184,6 +185,8 @@ def _values_of_bodies(scene: Scene) -> list[tuple[str, Any]]:
         ("Where Lost", choice((0.0, uniform(0.0, 1.0)))),
         ("Unfolded", choice((True, False))),
         ("Falloff", choice((0.0, uniform(0.2, 2.0)))),
+        ("Weights", choice(("", "", GROUP, "missing"))),
+        ("Heaviest", choice((10.0, uniform(0.1, 20.0)))),
     ]
 
 

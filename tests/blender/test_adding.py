@@ -53,7 +53,7 @@ def test_sockets_have_the_names_and_panels_that_were_agreed():
         ],
         "Pins": ["Pins", "Falloff"],
         "Animate": ["Axis", "Squash", "Taper", "Twist", "Bend", "Bend Direction", "Pivot"],
-        "Interpolation": ["Basis", "Outside"],
+        "Interpolation": ["Basis", "Outside", "Weights", "Heaviest", "Joint"],
     }
     assert list(shown) == ["", "Volume", "Pins", "Animate", "Interpolation"]
     defaults = {name: scenes.get_input(ball.modifiers[0], name) for name in ("Preserve", "Reference", "Target")}

@@ -390,7 +390,9 @@ def test_of_two_whose_bake_plays_one_is_removed_and_the_other_goes_on(tmp_path, 
     both = shapes(ball)
     assert worst_volume(ball, both) <= 1e-6
     second.show_viewport = False
+    scenes.set_input(first, "Preserve", 1.0)
     alone = shapes(ball)
+    scenes.set_input(first, "Preserve", 0.0)
     second.show_viewport = True
     assert bake(kind, tmp_path) == {"FINISHED"}
     assert np.abs(shapes(ball) - both).max() <= 4e-6

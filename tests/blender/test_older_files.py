@@ -31,10 +31,14 @@ LATER = {
     "Falloff": 0.0,
 }
 """Inputs that came with version 3."""
-NEWER = {1: {**ANIMATE, **LATER}, 2: LATER}
+BLENDING = {"Weights": "", "Heaviest": 10.0, "Joint": "Free"}
+"""Inputs that came with version 4."""
+NEWER = {1: {**ANIMATE, **LATER, **BLENDING}, 2: {**LATER, **BLENDING}, 3: BLENDING}
 """By the version of a file, the inputs that it lacks."""
-NEW_ITEMS = {"Gradient", "Nearest", "Custom"}
-"""Of menus, since version 3."""
+NEW_ITEMS = {"Gradient": 3, "Nearest": 3, "Custom": 3, "Blender": 4}
+"""Of menus, and the version that brought each."""
+NEW_PANELS = {1: ("Pins", "Animate"), 2: ("Pins",), 3: ()}
+"""By the version of a file, the panels that it lacks."""
 PANELS = ["Volume", "Pins", "Animate", "Interpolation"]
 GIVEN = {"Preserve": 0.75, "Target": 1.25, "Space": "Lattice", "Method": "Sweep", "Outside": "Extend", "Invert": True}
 
@@ -48,13 +52,13 @@ def as_of_version(group: bpy.types.NodeTree, version: int) -> None:
         if node.inputs[0].links[0].from_socket.name in newer:
             group.nodes.remove(node)
             continue
-        while node.enum_items[-1].name in NEW_ITEMS:
+        while NEW_ITEMS.get(node.enum_items[-1].name, 0) > version:
             node.enum_items.remove(node.enum_items[-1])
     for item in list(group.interface.items_tree):
         if item.item_type == "SOCKET" and item.name in newer:
             group.interface.remove(item)
     for item in list(group.interface.items_tree):
-        if item.item_type == "PANEL" and item.name in {2: ("Pins",), 1: ("Pins", "Animate")}[version]:
+        if item.item_type == "PANEL" and item.name in NEW_PANELS[version]:
             group.interface.remove(item)
     group["isochor_version"] = version
     scenes.part("tool.sockets").forget(group)

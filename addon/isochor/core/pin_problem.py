@@ -15,6 +15,11 @@ NOTHING_TO_BIND = Sentence(
 NO_PINS = Sentence("There are no pins to remove.")
 
 
+def no_surface(name: str) -> Sentence:
+    """Curves, hair and point clouds have no surface that pins could hold."""
+    return Sentence("“{name}” has no surface that pins could hold: they do nothing.", name=name)
+
+
 def too_many(name: str, count: int, points: int) -> Sentence:
     """More points to pin than points of the lattice that could move for them."""
     return Sentence(

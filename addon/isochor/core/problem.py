@@ -52,6 +52,11 @@ PERHAPS_FOLDED = (
     "Whether the lattice folds over itself cannot be told: somewhere it is pressed flat, or all but. Folds in the panel"
     " Overlay shows where."
 )
+NO_SURFACE = "Curves and points enclose no volume: they are deformed as the lattice says, and Preserve does nothing."
+NOT_WELDED = (
+    "Faces of a text or a curve are not joined where they meet: put a Weld modifier above Volume Lattice, and the"
+    " volume is kept."
+)
 NO_POINTS = "There are no vertices to fit a lattice to: select a mesh that has some"
 NO_PLACE = "Some vertices have no place (NaN or infinity): correct or delete them first"
 
@@ -140,6 +145,23 @@ def between(names: list[str]) -> str:
     return Sentence(
         "{names} stands between two Volume Lattice modifiers: move it above or below both of them.",
         names=", ".join(names),
+    )
+
+
+def corrected_again(name: str) -> str:
+    """A later one of several Volume Lattices, of this name, corrects too."""
+    return Sentence(
+        "“{name}” further down corrects the volume again, and that alone is exact for all: Preserve can be 0 here.",
+        name=name,
+    )
+
+
+def last_leaves(name: str) -> str:
+    """The last of several Volume Lattices does not correct, though one before it does."""
+    return Sentence(
+        "“{name}” is the last and does not correct: what it adds or takes of the volume stays so. Set Preserve to 1"
+        " here rather than further up.",
+        name=name,
     )
 
 
@@ -308,6 +330,15 @@ def no_sides(name: str, axis: str) -> str:
         "“{name}” has one layer of points along {axis}, so no two sides: choose another axis.",
         name=name,
         axis=axis,
+    )
+
+
+def only_meshes(name: str, kind: str) -> str:
+    """What is done to a mesh's own vertices or surface cannot be done to another kind of object."""
+    return Sentence(
+        "“{name}” is a {kind}, and this works on meshes: convert it first (Object, Convert, Mesh).",
+        name=name,
+        kind=Kind(kind),
     )
 
 

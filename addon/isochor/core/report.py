@@ -43,6 +43,8 @@ class Report:
     asked: NDArray[np.float64] | None = field(default=None, repr=False)
     result: isochor.Preserved | None = field(default=None, repr=False)
     keeps_volume: bool = False
+    has_surface: bool = True
+    """Whether there are faces at all, not curves and points alone."""
     pins: Pins | None = field(default=None, repr=False)
     milliseconds: float = 0.0
     embed: Callable[[], isochor.Binding] | None = field(default=None, repr=False)
@@ -102,6 +104,8 @@ class Report:
     def notes(self) -> list[str]:
         """What is not wrong, and yet perhaps not what the animator believes, in plain words."""
         result = self.result
+        if not self.has_surface:
+            return [problem.NO_SURFACE]
         if result is None or not self.keeps_volume:
             return []
         found: list[str] = [problem.INSIDE_OUT] if self.inside_out else []

@@ -21,15 +21,16 @@ Vertices = NDArray[np.floating[Any]]
 class Request:
     """One frame of one modifier, in the deformed object's own space.
 
-    ``positions`` (V, 3) float32; ``influence`` (V,) float32 in [0, 1] or None for 1 everywhere; ``triangles``
-    (F, 3) int32, the very same array as in the frame before where the faces have not changed, or None with the reason
-    in ``no_triangles``; ``control`` (nu, nv, nw, 3) float64; ``frame`` (3, 3) rows or None; ``rest_volume`` is the
-    volume that entered when the modifier was added or bound, or None where that is not known. ``device`` is what
-    should compute: "auto", "gpu", "cpu" or the name of an adapter; ``double`` whether in float64 up to the last
-    rounding. ``bound``: the lattice when its rest was set, from which ``control`` then moves the vertices; None where
-    ``grid``, the lattice as it stands, embeds them. ``bodies``: which parts keep a volume of their own, or None for one
-    volume of all, and ``rest_parts`` those volumes when they were first asked for. ``stiffness`` (nu, nv, nw) in
-    [0, 1], or None for 0 everywhere. ``pins``: points that must land on targets, or None.
+    ``positions`` (V, 3) float32; ``influence`` (V,) float32 in [0, 1] or None for 1 everywhere; ``triangles`` (F, 3)
+    int32, the very same array as in the frame before where the faces have not changed, or None with the reason in
+    ``no_triangles``, which is empty for curves and points alone; ``control`` (nu, nv, nw, 3) float64; ``frame`` (3, 3)
+    rows or None; ``rest_volume`` is the volume that entered when the modifier was added or bound, or None where that is
+    not known; ``incoming`` the volume of each body in this frame that counts where Reference is Incoming, None for that
+    of ``positions``. ``device`` is what should compute: "auto", "gpu", "cpu" or the name of an adapter; ``double``
+    whether in float64 up to the last rounding. ``bound``: the lattice when its rest was set, from which ``control``
+    then moves the vertices; None where ``grid``, the lattice as it stands, embeds them. ``bodies``: which parts keep a
+    volume of their own, or None for one volume of all, and ``rest_parts`` those volumes when they were first asked for.
+    ``stiffness`` (nu, nv, nw) in [0, 1], or None for 0 everywhere. ``pins``: points that must land on targets, or None.
     """
 
     positions: Vertices = field(repr=False)
@@ -48,6 +49,12 @@ class Request:
     rest_parts: tuple[float, ...] | None = None
     stiffness: NDArray[np.float64] | None = field(default=None, repr=False)
     pins: Pins | None = None
+    incoming: tuple[float, ...] | None = None
+
+    @property
+    def has_surface(self) -> bool:
+        """Whether there are faces, known or not."""
+        return self.triangles is not None or bool(self.no_triangles)
 
     @property
     def embedding_grid(self) -> Grid:
@@ -67,7 +74,7 @@ class Request:
             and (self.no_triangles, self.rest_volume, self.settings, self.device, self.double)
             == (other.no_triangles, other.rest_volume, other.settings, other.device, other.double)
             and self.divides_as(other)
-            and self.rest_parts == other.rest_parts
+            and (self.rest_parts, self.incoming) == (other.rest_parts, other.incoming)
             and self.grid.same_as(other.grid)
             and self.embeds_as(other)
             and np.array_equal(self.control, other.control)

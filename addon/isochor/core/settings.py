@@ -7,12 +7,16 @@ REFERENCES = ("Rest", "Incoming")
 SPACES = ("Global", "Object", "Lattice", "Custom")
 METHODS = ("Balanced", "Sweep", "Gradient", "Nearest")
 COSTS = ("Points", "Surface", "Bending")
-BASES = ("Bernstein", "B-Spline")
+BASES = ("Bernstein", "B-Spline", "Blender")
 OUTSIDES = ("Keep", "Extend")
+JOINTS = ("Free", "C0", "C1", "C2")
 AXES = ("X", "Y", "Z")
 PIVOTS = ("Bottom", "Centre", "Top")
 NEUTRAL = (1.0, 0.0, 0.0, 0.0)
 """Squash, taper, twist and bend that move nothing."""
+
+HEAVIEST = 10.0
+"""Default of the weight that a point in full in the vertex group Weights has."""
 
 BSPLINE_DEGREE = 3
 """The volume paper's uniform cubic; a side with fewer than four points takes the highest degree it can hold."""
@@ -73,3 +77,6 @@ class Settings:
     cost: str = COSTS[0]
     unfolded: bool = False
     falloff: float = 0.0
+    weights: str = ""
+    heaviest: float = HEAVIEST
+    joint: str = JOINTS[0]

@@ -118,6 +118,7 @@ class Solver:
             asked=request.control,
             problems=problems,
             pins=request.pins,
+            has_surface=request.has_surface,
         )
         report.method = request.settings.method
         report.embed = partial(_embedded_again, ref(self), request)

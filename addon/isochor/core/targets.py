@@ -21,7 +21,7 @@ def wanted_volume(binding: isochor.Binding, request: Request) -> float | NDArray
     if request.bodies is not None:
         return _wanted_of_bodies(binding.reference_volumes, request)
     settings, own = request.settings, binding.reference_volume
-    rest = request.rest_volume if settings.reference == "Rest" else None
+    rest = request.rest_volume if settings.reference == "Rest" else _incoming(request)
     if settings.target == 1.0 and rest in (None, own):
         return None
     _refuse_flat(request, perhaps=rest is None or abs(own) <= FLAT_PERHAPS * abs(rest))
@@ -42,7 +42,7 @@ def target_volume(binding: isochor.Binding, request: Request) -> float | None:
 
 def _wanted_of_bodies(own: NDArray[np.float64], request: Request) -> NDArray[np.float64] | None:
     settings = request.settings
-    kept = rest_of_bodies(own, request) if settings.reference == "Rest" else own
+    kept = rest_of_bodies(own, request) if settings.reference == "Rest" else _incoming_of_bodies(own, request)
     factors = np.full(len(own), settings.target)
     if request.bodies is not None and request.bodies.region is not None:
         factors[-1] = settings.parts.region_target
@@ -51,6 +51,16 @@ def _wanted_of_bodies(own: NDArray[np.float64], request: Request) -> NDArray[np.
         return None
     _refuse_flat(request, perhaps=bool((np.abs(own) <= FLAT_PERHAPS * np.abs(kept)).all()) or kept is own)
     return wanted
+
+
+def _incoming(request: Request) -> float | None:
+    """Volume that entered the chain of lattices in this frame; None where it is that of what enters this one."""
+    return None if request.incoming is None else float(sum(request.incoming))
+
+
+def _incoming_of_bodies(own: NDArray[np.float64], request: Request) -> NDArray[np.float64]:
+    known = request.incoming is not None and len(request.incoming) == len(own)
+    return np.array(request.incoming, np.float64) if known else own
 
 
 def _refuse_flat(request: Request, perhaps: bool) -> None:

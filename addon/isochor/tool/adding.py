@@ -8,7 +8,7 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ..core.words import named
-from . import node_group, rest, results, sockets, state
+from . import handing, node_group, own_points, rest, results, sockets, state
 
 MADE_BY_ADD = "isochor_made"
 """Custom property of a lattice object that isochor.add made, so that isochor.remove may take it away."""
@@ -17,12 +17,11 @@ BASIS_NAMES = {"BERNSTEIN": "Bernstein", "BSPLINE": "B-Spline"}
 
 
 def world_points(obj: bpy.types.Object, context: bpy.types.Context) -> NDArray[np.float64]:
-    """(V, 3) vertices in world space: as evaluated now, or in Edit Mode the selected ones (all where none is)."""
+    """(V, 3) points in world space: as evaluated now, or in Edit Mode the selected ones (all where none is)."""
     matrix = np.array(obj.matrix_world, dtype=np.float64)
-    if obj.mode == "EDIT":
-        points = _selected_positions(obj)
-    else:
-        points = own_positions(obj.evaluated_get(context.evaluated_depsgraph_get()).data)
+    points = _selected_positions(obj) if obj.mode == "EDIT" else np.empty((0, 3))
+    if obj.mode != "EDIT" or (obj.type != "MESH" and not len(points)):
+        points = own_points.shown(obj.evaluated_get(context.evaluated_depsgraph_get()))
     return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
@@ -82,10 +81,17 @@ def lock_interface(scene: bpy.types.Scene) -> bool:
 
 
 def add_modifiers(
-    objects: list[bpy.types.Object], lattice: bpy.types.Object, basis: str, context: bpy.types.Context
+    objects: list[bpy.types.Object],
+    lattice: bpy.types.Object,
+    basis: str,
+    context: bpy.types.Context,
+    only_last: bool = False,
 ) -> list[str]:
-    """Gives each object the modifier, computes it once and keeps its rest volume; returns problems in plain words."""
+    """Gives each object the modifier, which with ``only_last`` corrects in place of one right before it, computes it
+    once and keeps its rest volume; returns problems in plain words."""
     added = [(obj, _add_modifier(obj, lattice, basis)) for obj in objects]
+    for obj, modifier in added if only_last else []:
+        handing.to_last(obj, modifier)
     results.ensure_own()
     context.view_layer.update()
     for obj, modifier in added:
@@ -104,16 +110,10 @@ def _add_modifier(obj: bpy.types.Object, lattice: bpy.types.Object, basis: str) 
     return modifier
 
 
-def own_positions(mesh: bpy.types.Mesh) -> NDArray[np.float64]:
-    """(V, 3) vertices of a mesh in its own space."""
-    positions = np.empty(len(mesh.vertices) * 3, np.float32)
-    if len(positions):
-        mesh.attributes["position"].data.foreach_get("vector", positions)
-    return positions.reshape(-1, 3).astype(np.float64)
-
-
 def _selected_positions(obj: bpy.types.Object) -> NDArray[np.float64]:
     """Of a mesh in Edit Mode, whose attributes Blender does not show; all vertices where none is selected."""
+    if obj.type != "MESH":
+        return own_points.selected(obj)
     vertices = bmesh.from_edit_mesh(obj.data).verts
     chosen = [vertex.co for vertex in vertices if vertex.select] or [vertex.co for vertex in vertices]
     return np.array([tuple(point) for point in chosen], np.float64).reshape(-1, 3)

@@ -54,6 +54,8 @@ def shared(obj: bpy.types.Object) -> bool:
 
 def _refusal(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, how: How) -> str | None:
     """What of the object's state stands against it."""
+    if obj.type != "MESH":
+        return problem.only_meshes(obj.name, obj.type)
     if not obj.is_editable:
         return problem.linked(obj.name)
     if obj.override_library is not None and modifier.is_override_data:

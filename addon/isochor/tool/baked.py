@@ -34,7 +34,8 @@ def stand_in(obj: bpy.types.Object) -> bpy.types.Modifier | None:
 def keys(obj: bpy.types.Object) -> list[bpy.types.ShapeKey]:
     """The shape keys that play the bake, none where something else does."""
     names = list(_note(obj).get("keys", ()))
-    blocks = {} if obj.data.shape_keys is None else obj.data.shape_keys.key_blocks
+    held = getattr(obj.data, "shape_keys", None)
+    blocks = {} if held is None else held.key_blocks
     return [blocks[name] for name in names if name in blocks]
 
 

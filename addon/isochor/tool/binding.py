@@ -5,7 +5,7 @@ import bpy
 
 from ..core import grid, problem
 from ..core.bound import BoundShape
-from . import baked, bound, evaluated, rest, results, sockets, state
+from . import baked, bound, chain, evaluated, own_points, rest, results, sockets, state
 
 Pair = tuple[bpy.types.Object, bpy.types.NodesModifier]
 
@@ -34,15 +34,18 @@ def shape_now(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, depsgrap
 
 
 def bind(pairs: list[Pair], shapes: list[BoundShape], view_layer: bpy.types.ViewLayer) -> None:
-    """Binds each modifier with its shape, and measures its rest volume anew."""
+    """Binds each modifier with its shape, and measures its rest volume anew, with that of all in its chain."""
     results.ensure_own()
+    measured = chain.whole_of_all(pairs)
     for (obj, modifier), shape in zip(pairs, shapes, strict=True):
         for result in _both(modifier):
-            bound.keep(result, shape, len(obj.data.vertices))
+            bound.keep(result, shape, own_points.count(obj))
+    for obj, modifier in measured:
+        for result in _both(modifier):
             results.forget_rest(result)
         obj.update_tag(refresh={"DATA"})
     view_layer.update()
-    for obj, modifier in pairs:
+    for obj, modifier in measured:
         rest.measure_for_render(obj, modifier, view_layer)
 
 

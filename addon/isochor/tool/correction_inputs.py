@@ -6,12 +6,12 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import grid, problem
+from ..core import grid, pin_problem, problem
 from ..core.bodies import Bodies
 from ..core.pins import Pins
 from ..core.request import Vertices
 from ..core.settings import Settings
-from . import evaluated, node_group, sockets, stack
+from . import evaluated, incoming_nodes, own_points, sockets, stack
 from . import pins as pinned
 from .job import Job, Memory
 
@@ -21,8 +21,9 @@ def bodies(
 ) -> tuple[Bodies | None, list[str]]:
     """Which parts keep a volume of their own, or None for one volume of all, and what is wrong with the region."""
     parts = settings.parts
-    weights = job.attribute(node_group.REGION, "value", 1, np.float32) if parts.region else None
-    return memory.divided.read(job.obj, parts, None if weights is None else weights[:count], triangles)
+    weights = job.entered.numbers(incoming_nodes.REGION) if parts.region else None
+    has_group = bool(parts.region) and job.entered.has_group(job.obj, parts.region)
+    return memory.divided.read(has_group, parts, None if weights is None else weights[:count], triangles)
 
 
 def pins(
@@ -35,7 +36,10 @@ def pins(
     """The points that objects hold, or None where none does, and what is wrong with others."""
     if pinned.collection(job.modifier) is None:
         return None, []
-    own_count = len(job.obj.data.vertices) if stack.keeps_own_vertices(modifiers, job.modifier) else None
+    if triangles is None and job.obj.type != "MESH":
+        return None, [pin_problem.no_surface(job.obj.name)]
+    is_own = job.obj.type == "MESH" and stack.keeps_own_vertices(modifiers, job.modifier)
+    own_count = own_points.count(job.obj) if is_own else None
     matrix = evaluated.matrix(job.obj_evaluated)
     around = pinned.Around(matrix, job.depsgraph, positions, triangles, own_count)
     return pinned.read(job.modifier, job.mode, around, memory.pinned)

@@ -22,23 +22,28 @@ def matrix(obj: bpy.types.Object) -> NDArray[np.float64]:
 
 
 def attribute(
-    mesh: bpy.types.Mesh, name: str, field_name: str, width: int, dtype: type[np.generic]
+    data: bpy.types.ID, name: str, field_name: str, width: int, dtype: type[np.generic]
 ) -> NDArray[Any] | None:
-    """Values of a point attribute, flat, or None where the mesh does not have it in full."""
-    found = mesh.attributes.get(name)
-    if found is None or found.domain != "POINT" or len(found.data) != len(mesh.vertices):
+    """Values of a point attribute of a mesh, curves or a cloud, flat, or None where these do not have it in full."""
+    found = data.attributes.get(name)
+    if found is None or found.domain != "POINT" or len(found.data) != point_count(data):
         return None
     values: NDArray[Any] = np.empty(len(found.data) * width, dtype)
     found.data.foreach_get(field_name, values)
     return values
 
 
-def incoming_count(mesh: bpy.types.Mesh, order_name: str) -> int | None:
-    """How many vertices entered, or None where the modifiers that followed lost or moved some of them.
+def point_count(data: bpy.types.ID) -> int:
+    """Vertices of a mesh, points of anything else."""
+    return len(data.vertices if isinstance(data, bpy.types.Mesh) else data.points)
 
-    The attribute counts down from that number to one over the vertices that entered; what was made later comes after.
+
+def incoming_count(data: bpy.types.ID, order_name: str) -> int | None:
+    """How many points entered, or None where the modifiers that followed lost or moved some of them.
+
+    The attribute counts down from that number to one over the points that entered; what was made later comes after.
     """
-    order = attribute(mesh, order_name, "value", 1, np.int32)
+    order = attribute(data, order_name, "value", 1, np.int32)
     if order is None or len(order) == 0:
         return None
     count = int(order[0])
@@ -89,17 +94,17 @@ class Faces:
     _starts: NDArray[np.int32] | None = field(default=None, repr=False)
 
     def read(
-        self, mesh: bpy.types.Mesh, original: bpy.types.Mesh, count: int, stamp: object | None
+        self, mesh: bpy.types.Mesh, original: bpy.types.Mesh | None, count: int, stamp: object | None
     ) -> NDArray[np.int32] | None:
         """(F, 3) vertex indices, the very same array as long as the faces are the same; None where they cannot be
         read, because modifiers before and after ours both change them.
 
-        ``mesh`` is evaluated, ``count`` the vertices that entered. Faces are read and compared only where ``stamp``,
-        which with the counts tells all that they can depend on, differs from the last time or is None (unknown):
-        Blender copies whole arrays to let Python see them.
+        ``mesh`` is evaluated, ``original`` the object's own, of a text or a curve None; ``count`` vertices entered.
+        Faces are read and compared only where ``stamp``, which with the counts tells all that they can depend on,
+        differs from the last time or is None (unknown): Blender copies whole arrays to let Python see them.
         """
         source = mesh if len(mesh.vertices) == count else original
-        if len(source.vertices) != count:
+        if source is None or len(source.vertices) != count:
             self.triangles, self._stamp = None, None
             return None
         whole = None if stamp is None else (stamp, count, len(source.loops), len(source.polygons))
@@ -114,7 +119,7 @@ class Faces:
             return np.empty((0, 4), np.int32)
         return quads_of(self._corners, self._starts)
 
-    def _refresh(self, source: bpy.types.Mesh, original: bpy.types.Mesh) -> None:
+    def _refresh(self, source: bpy.types.Mesh, original: bpy.types.Mesh | None) -> None:
         corners, starts = face_arrays(source)
         if self.triangles is not None and same(corners, self._corners) and same(starts, self._starts):
             return
@@ -133,11 +138,11 @@ def face_arrays(mesh: bpy.types.Mesh) -> tuple[NDArray[np.int32], NDArray[np.int
 
 
 def triangulate(
-    source: bpy.types.Mesh, original: bpy.types.Mesh, corners: NDArray[np.int32], starts: NDArray[np.int32]
+    source: bpy.types.Mesh, original: bpy.types.Mesh | None, corners: NDArray[np.int32], starts: NDArray[np.int32]
 ) -> NDArray[np.int32]:
     """Blender's own triangles of the object's mesh where its faces are those that entered; else quads are split and
     only larger faces left to Blender. Neither depends on the frame, unless larger faces come out of a modifier."""
-    if len(source.vertices) == len(original.vertices) and len(source.polygons) == len(original.polygons):
+    if original is not None and len(source.polygons) == len(original.polygons):
         own_corners, own_starts = face_arrays(original)
         if same(own_corners, corners) and same(own_starts, starts):
             return loop_triangles(original)

@@ -107,6 +107,8 @@ def _target(obj: bpy.types.Object) -> Target:
         raise problem.Problem(
             Sentence("“{name}” has no Volume Lattice: add one first, or name another object.", name=name)
         )
+    if obj.type != "MESH":
+        raise problem.Problem(problem.only_meshes(name, obj.type))
     if not obj.is_editable:
         raise problem.Problem(problem.linked(name))
     if obj.mode == "EDIT":

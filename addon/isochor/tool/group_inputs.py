@@ -5,6 +5,7 @@ from typing import Any
 
 import bpy
 
+from ..core import settings
 from . import sockets
 
 MENU_DEFAULTS = {"Axis": "Z"}
@@ -31,6 +32,7 @@ def complete(group: bpy.types.NodeTree) -> list[str]:
     _add_animate_inputs(group, _panel(group, "Animate", closed=True))
     _add_local_inputs(group, _panel(group, "Volume"))
     _add_pin_inputs(group, _panel(group, "Pins", closed=True))
+    _add_blending_inputs(group, _panel(group, "Interpolation", closed=True))
     _order_panels(group)
     _order_inputs(group)
     sockets.forget(group)
@@ -128,8 +130,25 @@ def _add_animate_inputs(group: bpy.types.NodeTree, panel: bpy.types.NodeTreeInte
 
 
 def _add_interpolation_inputs(group: bpy.types.NodeTree, panel: bpy.types.NodeTreeInterfacePanel) -> None:
-    _menu(group, "Basis", "Bernstein: every point reaches everywhere; B-Spline: each reaches its neighbourhood", panel)
+    basis = (
+        "Bernstein: every point reaches everywhere; B-Spline: each reaches its neighbourhood; Blender: as Blender's own"
+        " Lattice modifier"
+    )
+    _menu(group, "Basis", basis, panel)
     _menu(group, "Outside", "Vertices outside the lattice: keep them, or extend the deformation to them", panel)
+
+
+def _add_blending_inputs(group: bpy.types.NodeTree, panel: bpy.types.NodeTreeInterfacePanel) -> None:
+    weights = "Vertex group of the lattice: how strongly each point pulls, from 1 outside of the group to Heaviest"
+    _input(group, sockets.WEIGHTS, "String", weights, panel)
+    heaviest = "How strongly a point with weight 1 in the group pulls, as a factor on one outside of it"
+    least = {"default_value": settings.HEAVIEST, "min_value": 0.001}
+    _input(group, sockets.HEAVIEST, "Float", heaviest, panel, **least)
+    joint = (
+        "With Outside at Keep: how smoothly the shape joins vertices beyond the lattice. C0: it does not tear; C1: no"
+        " crease; C2: no jump in curvature"
+    )
+    _menu(group, sockets.JOINT, joint, panel)
 
 
 def _input(

@@ -3,7 +3,6 @@
 
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import Any
 
 import bpy
 import numpy as np
@@ -16,8 +15,10 @@ from ..core.request import Request, Vertices
 from ..core.solver import Outcome, Solver
 from . import evaluated, pins
 from .bound import BoundCache
+from .chain import Chain
 from .divided import Divided
 from .drawn import Cuts
+from .entered import Entered
 from .lattice_weights import StiffnessCache
 
 Key = tuple[int, int, str]
@@ -66,10 +67,13 @@ class Job:
     modifier: bpy.types.NodesModifier
     depsgraph: bpy.types.Depsgraph
     edits: Counter[int]
+    entered: Entered
+    before: Chain | None = None
+    """The Volume Lattices right before this one, computed just now."""
 
     @property
     def mesh_edits(self) -> int:
-        """Of the object's mesh."""
+        """Of the object's mesh, or other data."""
         return self.edits[self.obj.data.session_uid]
 
     @property
@@ -85,10 +89,6 @@ class Job:
     def evaluated_modifier(self) -> bpy.types.NodesModifier:
         """The copy with drivers and keys applied."""
         return self.obj_evaluated.modifiers[self.modifier.name]
-
-    def attribute(self, prefix: str, field_name: str, width: int, dtype: type[np.generic]) -> NDArray[Any] | None:
-        """One of the attributes that the node group stored on the evaluated mesh."""
-        return evaluated.attribute(self.obj_evaluated.data, prefix + self.slot, field_name, width, dtype)
 
     @property
     def slot(self) -> str:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import grid
-from . import evaluated, node_group, sockets
+from . import evaluated, own_points, sockets
+from .entered import Entered
 
 Array = NDArray[np.float64]
 
@@ -69,10 +70,9 @@ def _line(obj: bpy.types.Object) -> set[bpy.types.Object]:
 def entering(
     obj: bpy.types.Object, modifier: bpy.types.NodesModifier, depsgraph: bpy.types.Depsgraph
 ) -> NDArray[np.float64]:
-    """(V, 3) world positions of the mesh that enters the modifier; the object's own mesh where that is not known."""
+    """(V, 3) world positions of the points that enter the modifier; of those shown where that is not known."""
     held = obj.evaluated_get(depsgraph)
-    slot = str(modifier.persistent_uid)
-    found = evaluated.attribute(held.data, node_group.INCOMING + slot, "vector", 3, np.float32)
-    own = evaluated.own_shape(obj.data)[0] if found is None else found.reshape(-1, 3)
+    found = Entered(held, str(modifier.persistent_uid), followed=False).positions
+    own = own_points.shown(held) if found is None else found
     matrix = evaluated.matrix(held)
     return np.asarray(own.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3])

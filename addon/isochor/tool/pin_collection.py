@@ -19,6 +19,8 @@ def refuse(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
         raise problem.Problem(problem.foreign(obj.name))
     if baked.is_playing(obj):
         raise problem.Problem(problem.plays_bake(obj.name))
+    if obj.type != "MESH":
+        raise problem.Problem(problem.only_meshes(obj.name, obj.type))
     if sockets.PINS not in sockets.identifiers(modifier.node_group):
         raise problem.Problem(pin_problem.older_file(obj.name))
     held = pins.collection(modifier)

@@ -8,7 +8,20 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ..core import problem
-from . import adding, animated, baked, baked_lattice, bound, control, evaluated, rest, results, sockets, state
+from . import (
+    animated,
+    baked,
+    baked_lattice,
+    bound,
+    chain,
+    control,
+    evaluated,
+    own_points,
+    rest,
+    results,
+    sockets,
+    state,
+)
 
 Array = NDArray[np.float64]
 User = tuple[bpy.types.Object, bpy.types.NodesModifier]
@@ -100,7 +113,8 @@ def move(places: list[tuple[bpy.types.Object, Array]], context: bpy.types.Contex
 
 
 def measure_again(users: list[User], context: bpy.types.Context) -> None:
-    """Makes the volumes that enter now the rest volumes; of what is not evaluated, as soon as it is."""
+    """Makes the volumes that enter now the rest volumes of whole chains; of what is not evaluated, as soon as it is."""
+    users = chain.whole_of_all(users)
     for obj, modifier in users:
         for mode in results.INPUT_OF_MODE:
             result = results.of(modifier, mode)
@@ -120,11 +134,11 @@ def basis(users: list[User]) -> str:
 
 def _entered(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, context: bpy.types.Context) -> Array:
     """(V, 3) in object space: what the modifier was given last; of what is edited or not evaluated, the own mesh."""
-    if obj.data.is_editmode:
+    if obj.type == "MESH" and obj.data.is_editmode:
         vertices = bmesh.from_edit_mesh(obj.data).verts
         return np.array([tuple(vertex.co) for vertex in vertices], np.float64).reshape(-1, 3)
     memory = state.recall(obj, modifier)
     if memory is None or memory.report.binding is None or obj.name not in context.view_layer.objects:
-        return adding.own_positions(obj.data)
+        return own_points.own(obj)
     entered = memory.solver.entered
-    return adding.own_positions(obj.data) if entered is None else entered.astype(np.float64)
+    return own_points.own(obj) if entered is None else entered.astype(np.float64)

@@ -4,14 +4,28 @@
 import bpy
 
 from ..core import problem
-from . import adding, animation_paths, baked, baked_lattice, lattices, node_group, pin_collection, results, speed, stack
+from . import (
+    adding,
+    animation_paths,
+    baked,
+    baked_lattice,
+    handing,
+    lattices,
+    node_group,
+    pin_collection,
+    results,
+    speed,
+    stack,
+)
 
 
 def remove(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> None:
     """Removes the modifier with its keys and drivers, its result meshes, a bake that plays in its place, the lattice
-    and the pins that were made for it if nothing else uses them, and the node group with its last user."""
+    and the pins that were made for it if nothing else uses them, and the node group with its last user. Where it was
+    the one of several that keeps the volume, the one before does so from now on."""
     if baked.is_playing(obj):
         baked.switch_back(obj)
+    handing.back(obj, modifier)
     lattice = lattices.of(modifier)
     pin_collection.take_away(modifier, bpy.context.scene)
     results.remove(modifier)

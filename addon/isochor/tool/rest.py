@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import bpy
 
-from . import node_group, results, stack, state
+from . import chain, node_group, results, stack, state
 
 
 def measure_for_render(
@@ -20,6 +20,11 @@ def measure_for_render(
     differing = stack.differing_before(obj, modifier)
     if not differing:
         results.copy_rest(shown, rendered)
+        return
+    before = chain.previous(obj, modifier)
+    known = None if before is None else results.of(before, "RENDER")
+    if known is not None and not _lacks(known, shown):
+        results.copy_rest(known, rendered)
         return
     with viewport_as_render(differing):
         view_layer.update()

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The volumes at rest that a file keeps on result objects, noted when they are first asked for."""
+"""The volumes at rest that a file keeps on result objects, noted when they are first asked for. Lattices in a chain
+have one: that of what entered the first."""
 
 from dataclasses import replace
 
@@ -15,42 +16,49 @@ def known(job: Job, request: Request, solver: Solver, result: bpy.types.Object |
     """The request with the volumes kept in the file; where none are kept yet, those of what enters now are."""
     if result is None:
         return request
-    obj, modifier, mode = job.obj, job.modifier, job.mode
     bodies = request.bodies
     if bodies is None:
         volume = result.get(results.REST_VOLUME)
-        volume = _whole(obj, modifier, mode, request, solver) if volume is None else volume
+        volume = _whole(job, request, solver) if volume is None else volume
         return replace(request, rest_volume=volume)
     request = replace(request, rest_volume=result.get(results.REST_VOLUME))
     stamp = bodies.stamp(len(request.positions))
     parts = results.kept_parts(result, stamp)
-    return replace(request, rest_parts=parts) if parts else _with_parts(obj, modifier, mode, request, solver, stamp)
+    return replace(request, rest_parts=parts) if parts else _with_parts(job, request, solver, stamp)
 
 
-def _whole(
-    obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mode: str, request: Request, solver: Solver
-) -> float | None:
-    shown = _shown(obj, modifier) if mode == "RENDER" else None
-    kept = None if shown is None else shown.get(results.REST_VOLUME)
-    volume = solver.whole_volume(request) if kept is None else kept
+def _whole(job: Job, request: Request, solver: Solver) -> float | None:
+    known = (source.get(results.REST_VOLUME) for source in _sources(job))
+    volume = next((kept for kept in known if kept is not None), None)
+    volume = solver.whole_volume(_at_start(job, request)) if volume is None else volume
     if volume is not None:
-        for result in _keepers(obj, modifier, mode, results.REST_VOLUME):
-            results.keep_rest(result, volume, obj)
+        for result in _keepers(job.obj, job.modifier, job.mode, results.REST_VOLUME):
+            results.keep_rest(result, volume, job.obj)
     return volume
 
 
-def _with_parts(
-    obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mode: str, request: Request, solver: Solver, stamp: str
-) -> Request:
+def _sources(job: Job) -> list[bpy.types.Object]:
+    """Other results that know the same volume: in a render the viewport's, and that of the lattice before."""
+    shown = _shown(job.obj, job.modifier) if job.mode == "RENDER" else None
+    before = None if job.before is None else job.before.kept(job.mode)
+    return [result for result in (shown, before) if result is not None]
+
+
+def _at_start(job: Job, request: Request) -> Request:
+    """The same mesh as it entered the first of the lattices right before this one."""
+    return request if job.before is None else replace(request, positions=job.before.entered)
+
+
+def _with_parts(job: Job, request: Request, solver: Solver, stamp: str) -> Request:
     whole = request.rest_volume
     if whole is None:
-        whole = _whole(obj, modifier, mode, request, solver)
+        whole = _whole(job, request, solver)
         request = replace(request, rest_volume=whole)
-    parts = results.kept_parts(_shown(obj, modifier), stamp) if mode == "RENDER" else None
-    parts = parts or solver.incoming_parts(request)
+    known = (results.kept_parts(source, stamp) for source in _sources(job))
+    parts = next((kept for kept in known if kept), None) or solver.incoming_parts(_at_start(job, request))
     if parts:
-        for result in _keepers(obj, modifier, mode, ""):
-            results.keep_parts(result, stamp, parts, obj)
+        for result in _keepers(job.obj, job.modifier, job.mode, ""):
+            results.keep_parts(result, stamp, parts, job.obj)
     return replace(request, rest_parts=parts)
 
 

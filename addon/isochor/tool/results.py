@@ -12,12 +12,12 @@ import bpy
 
 from ..core.request import Vertices
 from ..core.volume import enclosed, has_changed
-from . import bound, evaluated, node_group, sockets, stack
+from . import bound, evaluated, node_group, own_points, sockets, stack
 
 REST_VOLUME = "isochor_rest_volume"
 """Custom property of a result object: volume that entered when the modifier was added or bound, in object space."""
 REST_COUNT = "isochor_rest_count"
-"""Custom property of a result object: number of vertices of the object's own mesh at that time."""
+"""Custom property of a result object: number of the object's own points at that time."""
 REST_OWN_VOLUME = "isochor_rest_own_volume"
 """Custom property of a result object: volume of the object's own mesh at that time, which tells of edits since."""
 REST_PARTS = "isochor_rest_parts"
@@ -75,7 +75,7 @@ def keep_parts(result: bpy.types.Object, stamp: str, parts: tuple[float, ...], o
     like = stamp.rpartition(":")[0]
     others = {key: kept for key, kept in _parts(result.get(REST_PARTS, "{}")).items() if key.rpartition(":")[0] != like}
     result[REST_PARTS] = json.dumps({**others, stamp: parts})
-    if REST_OWN_VOLUME not in result:
+    if REST_COUNT not in result:
         _note_own(result, obj)
 
 
@@ -102,12 +102,16 @@ def _parts(text: str) -> dict[str, tuple[float, ...]]:
 
 
 def _note_own(result: bpy.types.Object, obj: bpy.types.Object) -> None:
-    result[REST_COUNT] = len(obj.data.vertices)
-    result[REST_OWN_VOLUME] = enclosed(*evaluated.own_shape(obj.data))
+    result[REST_COUNT] = own_points.count(obj)
+    if obj.type == "MESH":
+        result[REST_OWN_VOLUME] = enclosed(*evaluated.own_shape(obj.data))
 
 
 def is_edited(result: bpy.types.Object, obj: bpy.types.Object) -> bool:
-    """Whether the own mesh of ``obj`` has another volume than when the rest volume was kept."""
+    """Whether the own mesh of ``obj`` has another volume than when the rest volume was kept; of a text or a curve,
+    whether it has another number of letters or points."""
+    if obj.type != "MESH":
+        return bool(result[REST_COUNT] != own_points.count(obj))
     return has_changed(result[REST_OWN_VOLUME], *evaluated.own_shape(obj.data))
 
 
@@ -139,9 +143,9 @@ def _ensure_result(obj: bpy.types.Object, modifier: bpy.types.NodesModifier, mod
     result = of(modifier, mode)
     if result is None or result.session_uid in taken or not result.is_editable:
         result = _new(f".{node_group.NAME} {obj.name} {mode.lower()}", result)
-        if result.get(REST_COUNT) != len(obj.data.vertices):
+        if result.get(REST_COUNT) != own_points.count(obj):
             forget_rest(result)
-        bound.forget_of_other(result, len(obj.data.vertices))
+        bound.forget_of_other(result, own_points.count(obj))
         sockets.write(modifier, INPUT_OF_MODE[mode], result)
     return result.session_uid
 

@@ -22,12 +22,14 @@ MENUS = {
     "Axis": settings.AXES,
     "Pivot": settings.PIVOTS,
     "Cost": settings.COSTS,
+    "Joint": settings.JOINTS,
 }
 SQUASH, TAPER, TWIST, BEND, BEND_DIRECTION = "Squash", "Taper", "Twist", "Bend", "Bend Direction"
 VIEWPORT_RESULT, RENDER_RESULT, SLOT = "Viewport Result", "Render Result", "Slot"
 LATTICE, FRAME, PINS = "Lattice", "Frame", "Pins"
 STIFFNESS, REGION, REGION_TARGET = "Stiffness", "Region", "Region Target"
 ISLANDS, CLOSE_HOLES, WHERE_LOST, UNFOLDED, FALLOFF = "Islands", "Close Holes", "Where Lost", "Unfolded", "Falloff"
+WEIGHTS, HEAVIEST, JOINT = "Weights", "Heaviest", "Joint"
 OBJECTS = (LATTICE, FRAME, PINS, VIEWPORT_RESULT, RENDER_RESULT)
 """Those that hold an object or a collection."""
 
@@ -120,6 +122,7 @@ def read_settings(modifier: bpy.types.NodesModifier) -> settings.Settings:
         shaping=_read_shaping(value) if SQUASH in known else settings.Shaping(),
     )
     later = _read_later(value, found.method) if ISLANDS in known else {}
+    later |= _read_blending(value) if WEIGHTS in known else {}
     return replace(found, **later) if later else found
 
 
@@ -146,6 +149,16 @@ def _read_later(value: Callable[[str], Any], method: str) -> dict[str, Any]:
     if method == "Nearest":
         found["cost"] = value("Cost")
     return {name: kept for name, kept in found.items() if kept}
+
+
+def _read_blending(value: Callable[[str], Any]) -> dict[str, Any]:
+    """The same of those that came with version 4."""
+    found: dict[str, Any] = {}
+    if value(JOINT) != settings.JOINTS[0]:
+        found["joint"] = value(JOINT)
+    if value(WEIGHTS):
+        found["weights"], found["heaviest"] = value(WEIGHTS), value(HEAVIEST)
+    return found
 
 
 def _as_properties(modifier: bpy.types.NodesModifier) -> bool:

@@ -15,6 +15,10 @@ FACES_UNTOUCHED_BY = frozenset(
 number. The faces that leave any other modifier may change from frame to frame."""
 
 
+DEFORMED = ("MESH", "CURVE", "CURVES", "FONT", "POINTCLOUD")
+"""Types of objects with points on which Blender allows a Geometry Nodes modifier. On surfaces, metaballs and lattices
+it does not; Grease Pencil, which takes one, keeps its points in layers of their own."""
+
 VIEWPORT_OF_RENDER = {"show_render": "show_viewport", "render_levels": "levels"}
 """Settings of a modifier for renders, and those for the viewport that stand in for them while measuring."""
 
@@ -86,7 +90,7 @@ def differing_before(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> lis
 
 
 def users(group_list: list[bpy.types.NodeTree]) -> list[bpy.types.Object]:
-    """Every mesh object of the file with a Volume Lattice modifier, in order of name."""
+    """Every object of the file with a Volume Lattice modifier, in order of name."""
     if not group_list:
         return []
-    return [obj for obj in bpy.data.objects if obj.type == "MESH" and any(map(is_ours, obj.modifiers))]
+    return [obj for obj in bpy.data.objects if obj.type in DEFORMED and any(map(is_ours, obj.modifiers))]

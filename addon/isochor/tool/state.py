@@ -11,6 +11,9 @@ from . import frame_memory, node_group, results, stack
 from .job import Memory
 from .update import update_object
 
+EDITED = (bpy.types.Mesh, bpy.types.Lattice, bpy.types.Curve, bpy.types.Curves, bpy.types.PointCloud)
+"""Data whose edits are counted; a text is a kind of curve."""
+
 _lock = threading.RLock()
 _memories: dict[tuple[int, int, str], Memory] = {}
 _printed: set[str] = set()
@@ -76,11 +79,11 @@ def refresh(objects: list[bpy.types.Object], depsgraph: bpy.types.Depsgraph) -> 
 
 
 def edited_data(depsgraph: bpy.types.Depsgraph) -> set[int]:
-    """Session identifiers of the meshes and lattices that Blender says were edited since it evaluated last."""
+    """Session identifiers of the lattices, meshes and other data that were edited since it evaluated last."""
     return {
         update.id.original.session_uid
         for update in depsgraph.updates
-        if update.is_updated_geometry and isinstance(update.id, bpy.types.Mesh | bpy.types.Lattice)
+        if update.is_updated_geometry and isinstance(update.id, EDITED)
     }
 
 
@@ -95,7 +98,7 @@ def updated_users(depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object]:
         ):
             continue
         original = update.id.original
-        if original.type == "MESH" and any(map(stack.is_ours, original.modifiers)):
+        if original.type in stack.DEFORMED and any(map(stack.is_ours, original.modifiers)):
             found.append(original)
     return found
 

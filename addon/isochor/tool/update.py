@@ -10,11 +10,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import grid, problem, shaping
+from ..core.bodies import Bodies
 from ..core.report import Report
 from ..core.request import Request, Vertices
 from ..core.settings import Settings
 from ..core.solver import Outcome
-from . import correction_inputs, device, evaluated, frame_memory, node_group, rest_volumes, results, sockets, stack
+from . import (
+    chain,
+    correction_inputs,
+    device,
+    evaluated,
+    frame_memory,
+    incoming_nodes,
+    rest_volumes,
+    results,
+    sockets,
+    stack,
+)
+from .entered import Entered
 from .job import Job, Key, Memory
 
 
@@ -25,37 +38,37 @@ def update_object(
     what has changed. ``edits``: of each mesh and lattice, by session identifier, how often it was edited. Returns the
     memories touched, reports in them."""
     obj_evaluated = obj.evaluated_get(depsgraph)
-    if not obj_evaluated.is_evaluated or obj_evaluated.type != "MESH" or obj_evaluated.data.is_editmode:
+    if not obj_evaluated.is_evaluated or (obj_evaluated.type == "MESH" and obj_evaluated.data.is_editmode):
         return []
     modifiers = stack.active(obj, depsgraph.mode)
     touched = []
-    fresh: Vertices | None = None
+    before: chain.Chain | None = None
     for place, modifier in enumerate(modifiers):
         if not stack.is_ours(modifier):
             continue
-        job = Job(obj, obj_evaluated, modifier, depsgraph, edits)
+        followed = bool(stack.following(modifiers, modifier))
+        entered = Entered(obj_evaluated, str(modifier.persistent_uid), followed)
+        chained = place > 0 and stack.is_ours(modifiers[place - 1])
+        job = Job(obj, obj_evaluated, modifier, depsgraph, edits, entered, before if chained else None)
         if sockets.read(job.evaluated_modifier, sockets.SLOT) != job.slot:
             continue
         if job.key not in memories:
             memories[job.key] = Memory(frame_memory.solver(job.mode))
         memory = memories[job.key]
-        chained = place > 0 and stack.is_ours(modifiers[place - 1])
-        fresh = _update_modifier(job, memory, modifiers, fresh if chained else None)
+        before = _update_modifier(job, memory, modifiers)
         touched.append(memory)
     return touched
 
 
-def _update_modifier(
-    job: Job, memory: Memory, modifiers: list[bpy.types.Modifier], fresh: Vertices | None
-) -> Vertices | None:
-    """Computes and writes one modifier; the vertices that leave it, or None where they cannot be known."""
+def _update_modifier(job: Job, memory: Memory, modifiers: list[bpy.types.Modifier]) -> chain.Chain | None:
+    """Computes and writes one modifier; the chain up to it, or None where it cannot be known what leaves it."""
     entered = memory.asked = None
     problems: list[str] = []
     result = results.of(job.modifier, job.mode)
     try:
         if result is not None and not result.is_editable:
             raise problem.Problem(problem.linked(job.obj.name))
-        entered = _entered(job, memory, modifiers, fresh)
+        entered = _entered(job, memory, modifiers)
         settings = sockets.read_settings(job.evaluated_modifier)
         memory.bound.look_at(result)
         request, problems = _request(job, memory, modifiers, entered, settings)
@@ -72,18 +85,23 @@ def _update_modifier(
         if outcome.vertices is not None or len(result.data.vertices):
             results.write(result, outcome.vertices)
         memory.written = outcome
-    return entered if outcome.vertices is None else outcome.vertices
+    leaving = entered if outcome.vertices is None else outcome.vertices
+    return chain.longer(job.before, job.modifier, entered, leaving, outcome.report.keeps_volume)
 
 
-def _entered(job: Job, memory: Memory, modifiers: list[bpy.types.Modifier], fresh: Vertices | None) -> Vertices:
+def _entered(job: Job, memory: Memory, modifiers: list[bpy.types.Modifier]) -> Vertices:
     """(V, 3) positions that entered the modifier, in object space."""
-    if fresh is not None:
-        return fresh
-    mesh = job.obj.data
-    if modifiers[0] == job.modifier and mesh.shape_keys is None and job.obj.mode == "OBJECT":
+    if job.before is not None:
+        return job.before.leaving
+    is_mesh = job.obj.type == "MESH" and job.obj.data.shape_keys is None
+    if is_mesh and modifiers[0] == job.modifier and job.obj.mode == "OBJECT":
         positions = _own_positions(job, memory)
     else:
-        positions = _stored_positions(job, modifiers)
+        found = job.entered.positions
+        positions = np.empty((0, 3), np.float32) if found is None else found
+        if found is None and not job.entered.is_empty:
+            after = stack.following(modifiers, job.modifier)
+            raise problem.Problem(problem.lost_by([modifier.name for modifier in after]))
     if len(positions) == 0:
         raise problem.Problem(problem.NO_VERTICES)
     return positions
@@ -97,18 +115,6 @@ def _own_positions(job: Job, memory: Memory) -> Vertices:
         memory.own_positions = np.empty((0, 3), np.float32) if positions is None else positions.reshape(-1, 3)
         memory.own_stamp = stamp
     return memory.own_positions
-
-
-def _stored_positions(job: Job, modifiers: list[bpy.types.Modifier]) -> Vertices:
-    """Those that the node group stored on the evaluated mesh, if the modifiers that follow kept them."""
-    positions = job.attribute(node_group.INCOMING, "vector", 3, np.float32)
-    after = stack.following(modifiers, job.modifier)
-    count = None if positions is None else len(positions) // 3
-    if count and after:
-        count = evaluated.incoming_count(job.obj_evaluated.data, node_group.ORDER + job.slot)
-    if positions is None or count is None:
-        raise problem.Problem(problem.lost_by([modifier.name for modifier in after]))
-    return positions.reshape(-1, 3)[:count]
 
 
 def _request(
@@ -136,6 +142,8 @@ def _request(
     frame, frame_problems = correction_inputs.frame(job, settings, object_matrix, transform)
     pins, pin_problems = correction_inputs.pins(job, memory, modifiers, positions, triangles)
     problems += [*region_problems, *stiffness_problems, *frame_problems, *pin_problems]
+    if triangles is None and not no_triangles:
+        settings = replace(settings, preserve=0.0)
     request = Request(
         positions=positions,
         influence=influence,
@@ -145,6 +153,7 @@ def _request(
         control=grid.control_points(rest_grid, _shaped(memory, rest_grid, points, lattice_matrix, settings)),
         frame=frame,
         rest_volume=None,
+        incoming=_incoming(job, settings, triangles, bodies),
         settings=settings,
         device=device.chosen(),
         double=device.is_double(),
@@ -154,6 +163,15 @@ def _request(
         pins=pins,
     )
     return request, [*problems, *_between(modifiers, job.modifier)]
+
+
+def _incoming(
+    job: Job, settings: Settings, triangles: NDArray[np.int32] | None, bodies: Bodies | None
+) -> tuple[float, ...] | None:
+    """The volumes that Reference Incoming means, where they are not those of what enters the modifier itself."""
+    if job.before is None or settings.reference != "Incoming" or settings.preserve <= 0.0:
+        return None
+    return job.before.incoming(triangles, bodies)
 
 
 def _shaped(
@@ -185,8 +203,8 @@ def _influence(job: Job, settings: Settings, count: int) -> tuple[NDArray[np.flo
     problems: list[str] = []
     mask = None
     if settings.vertex_group:
-        if settings.vertex_group in job.obj.vertex_groups:
-            mask = job.attribute(node_group.MASK, "value", 1, np.float32)
+        if job.entered.has_group(job.obj, settings.vertex_group):
+            mask = job.entered.numbers(incoming_nodes.MASK)
         else:
             problems.append(problem.no_vertex_group(settings.vertex_group))
     if mask is None:
@@ -198,11 +216,16 @@ def _influence(job: Job, settings: Settings, count: int) -> tuple[NDArray[np.flo
 def _triangles(
     job: Job, memory: Memory, modifiers: list[bpy.types.Modifier], count: int
 ) -> tuple[NDArray[np.int32] | None, str]:
-    """Triangles of what entered, or None and the reason in plain words."""
-    stamp = stack.face_stamp(modifiers)
+    """Triangles of what entered, or None and the reason in plain words, which is empty where that has no surface."""
+    mesh, own = job.entered.mesh, None
+    if mesh is None:
+        return None, ""
+    stamp = None
+    if job.obj.type == "MESH":
+        own, stamp = job.obj.data, stack.face_stamp(modifiers)
     if stamp is not None:
         stamp = (job.obj.data.session_uid, job.mesh_edits, *stamp)
-    triangles = memory.faces.read(job.obj_evaluated.data, job.obj.data, count, stamp)
+    triangles = memory.faces.read(mesh, own, count - job.entered.others, stamp)
     if triangles is None:
         others = [*stack.preceding(modifiers, job.modifier), *stack.following(modifiers, job.modifier)]
         return None, problem.faces_hidden_by([modifier.name for modifier in others])
@@ -211,7 +234,8 @@ def _triangles(
 
 def _edited(job: Job, memory: Memory, result: bpy.types.Object | None, settings: Settings) -> list[str]:
     """The problem of a mesh that was edited since its rest volume was kept; looked at only after an edit."""
-    kept = None if result is None else result.get(results.REST_OWN_VOLUME)
+    key = results.REST_OWN_VOLUME if job.obj.type == "MESH" else results.REST_COUNT
+    kept = None if result is None else result.get(key)
     if result is None or kept is None or settings.reference != "Rest":
         return []
     stamp = (job.obj.data.session_uid, job.mesh_edits, kept)

@@ -9,7 +9,7 @@ from ..core import problem
 from ..core.fit import axes_of, box_matrix
 from ..core.oriented import oriented_axes
 from ..tool import adding, words
-from .choosing import chosen_meshes
+from .choosing import chosen_objects
 
 BASIS_ITEMS = (
     ("BERNSTEIN", "Bernstein", "Every control point reaches everywhere, smoothly"),
@@ -52,15 +52,22 @@ class ISOCHOR_OT_add(bpy.types.Operator):
         description="Make the lattice a child of the active object, so that it moves along with it",
     )
 
+    only_last: bpy.props.BoolProperty(
+        name="Only the Last Corrects",
+        description="Where the mesh has a Volume Lattice already: the new one, behind it, takes over how the volume is"
+        " kept, for both of them, and the one before it only deforms",
+        default=True,
+    )
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if chosen_meshes(context):
+        if chosen_objects(context):
             return True
         cls.poll_message_set("Select a mesh object first")
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        objects = chosen_meshes(context)
+        objects = chosen_objects(context)
         foreign = [obj.name for obj in objects if not obj.is_editable]
         if foreign:
             self.report({"ERROR"}, words.reported(problem.foreign(", ".join(foreign))))
@@ -80,7 +87,7 @@ class ISOCHOR_OT_add(bpy.types.Operator):
             adding.make_child(lattice, objects[0])
         if adding.lock_interface(context.scene):
             self.report({"INFO"}, "Lock Interface is now on in the Render menu: renders need it")
-        problems = adding.add_modifiers(objects, lattice, self.basis, context)
+        problems = adding.add_modifiers(objects, lattice, self.basis, context, self.only_last)
         for text in problems:
             self.report({"WARNING"}, words.reported(text))
         return {"FINISHED"}

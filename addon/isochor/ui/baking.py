@@ -11,7 +11,7 @@ from ..core import problem
 from ..core.point_cache import SUFFIXES
 from ..core.words import Sentence
 from ..tool import bake_file, bake_keys, bake_lattice, baked, cache_places, frames, words
-from .choosing import chosen_meshes, chosen_modifiers
+from .choosing import chosen_modifiers, chosen_objects
 from .frames import FrameRange
 from .stepping import Bake, Stepping
 
@@ -173,7 +173,7 @@ class ISOCHOR_OT_free_bake(bpy.types.Operator):
 def baked_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
     """Those meant, of which a bake plays, also where the Volume Lattice is gone."""
     users = [obj for obj, _modifier in chosen_modifiers(context)]
-    return [obj for obj in dict.fromkeys([*chosen_meshes(context), *users]) if baked.is_playing(obj)]
+    return [obj for obj in dict.fromkeys([*chosen_objects(context), *users]) if baked.is_playing(obj)]
 
 
 CLASSES = (ISOCHOR_OT_bake, ISOCHOR_OT_free_bake)

@@ -88,8 +88,10 @@ def warnings(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> list[s
     memory = state.recall(obj, modifier)
     if memory is None:
         return []
-    outside = memory.report.vertices_outside
-    return [*memory.report.problems, *([not_inside(outside, len(obj.data.vertices))] if outside else [])]
+    outside, asked = memory.report.vertices_outside, memory.asked
+    if not outside or asked is None:
+        return list(memory.report.problems)
+    return [*memory.report.problems, not_inside(outside, len(asked.positions))]
 
 
 def not_inside(outside: int, count: int) -> str:

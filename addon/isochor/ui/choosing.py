@@ -12,22 +12,23 @@ def active_object(context: bpy.types.Context) -> bpy.types.Object | None:
     return getattr(context, "object", None) or context.view_layer.objects.active
 
 
-def chosen_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """The active mesh first, then the other selected ones; the active one alone where it is not selected."""
+def chosen_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """What can be deformed: the active object first, then the other selected ones; the active one alone where it is not
+    selected."""
     active = active_object(context)
-    meshes = [obj for obj in context.view_layer.objects.selected if obj.type == "MESH" and obj != active]
-    return [active, *meshes] if active is not None and active.type == "MESH" else meshes
+    found = [obj for obj in context.view_layer.objects.selected if obj.type in stack.DEFORMED and obj != active]
+    return [active, *found] if active is not None and active.type in stack.DEFORMED else found
 
 
 def chosen_modifiers(context: bpy.types.Context) -> list[tuple[bpy.types.Object, bpy.types.NodesModifier]]:
-    """The Volume Lattice that is meant of each active or selected mesh, and all that use an active or selected
-    lattice, each once: of a mesh with several, the active one, or the last where another modifier is active."""
+    """The Volume Lattice that is meant of each active or selected object, and all that use an active or selected
+    lattice, each once: of an object with several, the active one, or the last where another modifier is active."""
     view = context.view_layer.objects
     active = active_object(context)
     chosen = [active, *(obj for obj in view.selected if obj != active)] if active is not None else list(view.selected)
     found = {}
     for obj in chosen:
-        if obj.type == "MESH" and stack.ours(obj):
+        if obj.type in stack.DEFORMED and stack.ours(obj):
             modifiers = stack.ours(obj)
             meant = obj.modifiers.active if obj.modifiers.active in modifiers else modifiers[-1]
             found[obj.session_uid, meant.persistent_uid] = (obj, meant)
@@ -38,7 +39,7 @@ def chosen_modifiers(context: bpy.types.Context) -> list[tuple[bpy.types.Object,
 
 
 def chosen_lattices(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """Every active or selected lattice, and those that shape an active or selected mesh, each once."""
+    """Every active or selected lattice, and those that shape an active or selected object, each once."""
     active = active_object(context)
     chosen = [active, *(obj for obj in context.view_layer.objects.selected if obj != active)]
     lattices = [obj for obj in chosen if obj is not None and obj.type == "LATTICE"]

@@ -10,7 +10,7 @@ import isochor
 from ..core import problem
 from ..core.report import Report
 from ..core.words import Sentence
-from ..tool import baked, pin_collection, sockets, stack, state, words
+from ..tool import baked, chain, pin_collection, sockets, stack, state, words
 from ..tool.lattices import users_of
 from .adding import ISOCHOR_OT_add
 from .choosing import active_object
@@ -109,10 +109,26 @@ def is_playing() -> bool:
 
 def notes(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> list[str]:
     """What is not wrong, and yet perhaps not what the animator believes."""
-    frozen = [problem.in_edit_mode_of_mesh()] if obj.mode == "EDIT" else []
+    frozen = [problem.in_edit_mode_of_mesh()] if obj.type == "MESH" and obj.mode == "EDIT" else []
     lattice = sockets.read(modifier, sockets.LATTICE)
     deleted = lattice is not None and lattice.library is None and not lattice.users_collection
-    return [*frozen, problem.in_no_scene(lattice.name)] if deleted else frozen
+    memory = state.recall(obj, modifier)
+    report = None if memory is None else memory.report
+    is_open = report is not None and report.has_surface and bool(report.problems) and not report.keeps_volume
+    not_joined = [problem.NOT_WELDED] if is_open and obj.type in ("CURVE", "FONT") else []
+    alone = [problem.in_no_scene(lattice.name)] if deleted else []
+    return [*frozen, *not_joined, *alone, *notes_on_chain(obj, modifier)]
+
+
+def notes_on_chain(obj: bpy.types.Object, modifier: bpy.types.NodesModifier) -> list[str]:
+    """Who else in the row of Volume Lattices that this one stands in corrects, where that is not the last alone."""
+    row = [found for found in chain.whole(obj, modifier) if found.show_viewport]
+    correcting = [found for found in row if sockets.read(found, "Preserve") > 0.0]
+    if modifier not in row or not correcting:
+        return []
+    if modifier in correcting and modifier != correcting[-1]:
+        return [problem.corrected_again(correcting[-1].name)]
+    return [problem.last_leaves(modifier.name)] if modifier == row[-1] and modifier != correcting[-1] else []
 
 
 def draw_text(layout: bpy.types.UILayout, text: str, icon: str, width: int) -> None:

@@ -10,9 +10,11 @@
 
 mod basis;
 mod binding;
+mod blend;
 mod bodies;
 mod broken;
 mod caps;
+mod derivative;
 mod determinant;
 pub mod elastic;
 mod embedding;
@@ -30,6 +32,7 @@ mod measures;
 mod pieces;
 mod preserve;
 mod proxy;
+mod refine;
 mod sum;
 mod surface;
 mod tensor;
@@ -50,6 +53,7 @@ pub use lattice::{FACE_TOLERANCE, FACE_TOLERANCE_F32, Lattice};
 pub use preserve::{
     Accuracy, Coefficients, Cost, Limit, Method, Passes, PinPoint, Pins, Plan, Preserve, Preserved,
 };
+pub use refine::{RefineAxis, Refinement};
 pub use surface::{ClosedSurface, Measure};
 pub use tensor::prepare_in_background;
 pub use vertices::{Outside, Scalar};

@@ -192,6 +192,24 @@ impl Argument {
         Ok(values.as_chunks().0.iter().map(|&p| DVec3::from_array(p)).collect())
     }
 
+    /// Control points (nu, nv, nw, 3), or several sets of them (K, nu, nv, nw, 3) and how many.
+    pub(crate) fn sets(
+        self,
+        object: &ArrayLike<'_>,
+        shape: [usize; 3],
+    ) -> PyResult<(Option<usize>, Vec<DVec3>)> {
+        let [nu, nv, nw] = shape.map(Some);
+        let numpy = object.0.py().import("numpy")?;
+        let dimensions: Option<usize> =
+            numpy.call_method1("ndim", (&object.0,)).and_then(|found| found.extract()).ok();
+        if dimensions != Some(5) {
+            return Ok((None, self.control(object, shape)?));
+        }
+        let values = self.floats(object, Numbers::Floats, &[None, nu, nv, nw, Some(3)])?;
+        let points: Vec<DVec3> = values.as_chunks().0.iter().map(|&p| DVec3::from_array(p)).collect();
+        Ok((Some(points.len() / shape.iter().product::<usize>()), points))
+    }
+
     /// One or three non-negative integers, the one repeated.
     pub(crate) fn counts(self, object: &ArrayLike<'_>, single: bool) -> PyResult<[usize; 3]> {
         let one = single && object.0.extract::<i64>().is_ok();

@@ -12,6 +12,7 @@ use crate::binding::Binding;
 use crate::bodies::BodiesLike;
 use crate::errors::to_python;
 use crate::folds::{Folds, halvings};
+use crate::refine::{InsertLike, blended, derivatives, refined};
 use crate::words::{BasisWord, DeviceWord, KnotsWord, OutsideWord};
 
 /// A free-form deformation lattice: a box of space, or its image under an affine map, with a spline over it.
@@ -107,6 +108,13 @@ impl Lattice {
         self.core.axes().each_ref().map(AxisBasis::degree).into()
     }
 
+    /// Knots along s, t, u, each float64 (points + degree + 1,), rescaled so that the domain is [0, 1]; those of a Bernstein lattice stand
+    /// at its ends.
+    #[getter]
+    fn knots<'py>(&self, py: Python<'py>) -> (NdArray<'py, f64>, NdArray<'py, f64>, NdArray<'py, f64>) {
+        self.core.axes().each_ref().map(|axis| NdArray::numbers(py, axis.knots())).into()
+    }
+
     /// "bernstein" or "bspline".
     #[getter]
     fn basis(&self) -> &'static str {
@@ -155,6 +163,56 @@ impl Lattice {
         let control = Argument::lattice("control").control(&control, self.core.shape())?;
         let points = py.detach(|| self.core.evaluate(&parameters, &control)).map_err(to_python)?;
         NdArray::points(py, &points, &[points.len(), 3])
+    }
+
+    /// Derivatives of `evaluate`, float64 (V, 3, 3): rows d/ds, d/dt, d/du for each of parameters (V, 3). Where a basis has a kink, those
+    /// of the cell above; beyond the domain on an axis, where points follow the nearest one inside, that axis' edge. Raises LatticeError.
+    fn derivative<'py>(
+        &self,
+        py: Python<'py>,
+        parameters: ArrayLike<'py>,
+        control: ArrayLike<'py>,
+    ) -> PyResult<NdArray<'py, f64>> {
+        derivatives(py, &self.core, &parameters, &control)
+    }
+
+    /// Sets of control points (K, nu, nv, nw, 3) mixed by weights (K,), float64 (nu, nv, nw, 3): rest + sum of weight (set - rest), as
+    /// relative shape keys are. Weights that sum to 1 interpolate between the sets; any finite ones are allowed (Ferrier). Raises
+    /// LatticeError.
+    fn blend<'py>(
+        &self,
+        py: Python<'py>,
+        sets: ArrayLike<'py>,
+        weights: ArrayLike<'py>,
+    ) -> PyResult<NdArray<'py, f64>> {
+        blended(py, &self.core, &sets, &weights)
+    }
+
+    /// The lattice with more control points, and those for the shape that control (nu, nv, nw, 3) gives to this one: `evaluate` takes
+    /// every parameter where it was, to rounding. Of several sets, (K, nu, nv, nw, 3), each is taken over, as shape keys are.
+    ///
+    /// degree: to raise it to, one number or three.
+    /// insert: three sequences of parameters in (0, 1), each None for an axis without: knots to insert, after the degree was raised.
+    /// They make a Bernstein lattice a B-spline.
+    /// shape: number of control points to reach: along a Bernstein axis by its degree, unless knots are inserted there; otherwise
+    /// by knots in the middles of the longest spans.
+    ///
+    /// A uniform axis whose spans are all divided alike stays uniform, and its outer layers move in; otherwise knots beyond the domain
+    /// stay. Axes with one control point stay. Raises LatticeError. See Sederberg, CAGD, chapters 2 and 6.
+    #[pyo3(signature = (control, shape=None, degree=None, insert=None))]
+    fn refine<'py>(
+        &self,
+        py: Python<'py>,
+        control: ArrayLike<'py>,
+        shape: Option<ArrayLike<'py>>,
+        degree: Option<ArrayLike<'py>>,
+        insert: Option<InsertLike>,
+    ) -> PyResult<(Self, NdArray<'py, f64>)> {
+        let is_bernstein = self.basis == BasisWord::Bernstein;
+        let (core, has_knots, control) =
+            refined(py, &self.core, is_bernstein, &control, [shape, degree], insert)?;
+        let basis = if has_knots { BasisWord::BSpline } else { self.basis };
+        Ok((Self { core, basis }, control))
     }
 
     /// The way back of `evaluate`: for points (V, 3) the parameters, float64 (V, 3), at which the lattice shaped by control points

@@ -13,6 +13,7 @@ mod folds;
 mod lattice;
 mod pins;
 mod preserved;
+mod refine;
 mod words;
 
 /// The native half of isochor.

@@ -15,6 +15,7 @@ mod lattice;
 mod limit;
 mod methods;
 mod proxy;
+mod refine;
 mod tensor;
 mod volume;
 mod weights;

@@ -410,10 +410,21 @@ class Lattice:
 
         Raises MeshError, LatticeError for a wrong rest, and DeviceError for an unknown device.
         """
+    def blend(self, /, sets: ArrayLike, weights: ArrayLike) -> NDArray[float64]:
+        """
+        Sets of control points (K, nu, nv, nw, 3) mixed by weights (K,), float64 (nu, nv, nw, 3): rest + sum of weight (set - rest), as
+        relative shape keys are. Weights that sum to 1 interpolate between the sets; any finite ones are allowed (Ferrier). Raises
+        LatticeError.
+        """
     @property
     def degree(self, /) -> tuple[int, int, int]:
         """
         Polynomial degree along s, t, u.
+        """
+    def derivative(self, /, parameters: ArrayLike, control: ArrayLike) -> NDArray[float64]:
+        """
+        Derivatives of `evaluate`, float64 (V, 3, 3): rows d/ds, d/dt, d/du for each of parameters (V, 3). Where a basis has a kink, those
+        of the cell above; beyond the domain on an axis, where points follow the nearest one inside, that axis' edge. Raises LatticeError.
         """
     @property
     def edges(self, /) -> NDArray[float64]:
@@ -464,6 +475,12 @@ class Lattice:
 
         Raises LatticeError, and MeshError for points that are not finite.
         """
+    @property
+    def knots(self, /) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64]]:
+        """
+        Knots along s, t, u, each float64 (points + degree + 1,), rescaled so that the domain is [0, 1]; those of a Bernstein lattice stand
+        at its ends.
+        """
     def loss_weights(
         self, /, control: ArrayLike, rest: ArrayLike | None = None, floor: SupportsFloat | SupportsIndex = ...
     ) -> NDArray[float64]:
@@ -483,6 +500,27 @@ class Lattice:
     def parameters(self, /, points: ArrayLike) -> NDArray[float64]:
         """
         Parameters (s, t, u) of points (V, 3), float64 (V, 3); in [0, 1] inside the domain.
+        """
+    def refine(
+        self,
+        /,
+        control: ArrayLike,
+        shape: ArrayLike | None = None,
+        degree: ArrayLike | None = None,
+        insert: Sequence[ArrayLike | None] | None = None,
+    ) -> tuple[Lattice, NDArray[float64]]:
+        """
+        The lattice with more control points, and those for the shape that control (nu, nv, nw, 3) gives to this one: `evaluate` takes
+        every parameter where it was, to rounding. Of several sets, (K, nu, nv, nw, 3), each is taken over, as shape keys are.
+
+        degree: to raise it to, one number or three.
+        insert: three sequences of parameters in (0, 1), each None for an axis without: knots to insert, after the degree was raised.
+        They make a Bernstein lattice a B-spline.
+        shape: number of control points to reach: along a Bernstein axis by its degree, unless knots are inserted there; otherwise
+        by knots in the middles of the longest spans.
+
+        A uniform axis whose spans are all divided alike stays uniform, and its outer layers move in; otherwise knots beyond the domain
+        stay. Axes with one control point stay. Raises LatticeError. See Sederberg, CAGD, chapters 2 and 6.
         """
     @property
     def rest(self, /) -> NDArray[float64]:
