@@ -145,7 +145,9 @@ def frozen_is_what_continuity_holds(run: Run, joint: Joint) -> None:
     frozen = joint.frozen()
     assert (frozen.dtype, frozen.shape) == (np.bool_, joint.spec.shape)
     held = np.where(frozen[..., None], joint.spec.build().rest, control)
-    points = np.concatenate([run.points(joint.spec), lattices.fitted(joint.spec, joint.unit([-0.2], np.full(3, 0.5)))])
+    points = np.concatenate(
+        [run.points(joint.spec), lattices.fitted(joint.spec, joint.unit(np.array([-0.2]), np.full(3, 0.5)))]
+    )
     found = run.deform(joint.spec, points, control, outside="keep", continuity=joint.order)
     expected = run.deform(joint.spec, points, held, outside="keep")
     np.testing.assert_allclose(found, expected, rtol=0, atol=run.room(joint.spec, control))

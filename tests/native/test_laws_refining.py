@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """More control points and the same map: degree raised, knots inserted; and derivatives, and poses blended."""
 
+import isochor
 import lattices
 import laws_exact as exact
 import numpy as np
@@ -14,6 +15,7 @@ from refusals import refused
 EPSILON = 2.3e-16
 BASIC = {**POLYNOMIAL, **RATIONAL}
 BERNSTEIN = {name: spec for name, spec in BASIC.items() if spec.basis == "bernstein"}
+LOW = {name: spec for name, spec in BERNSTEIN.items() if max(spec.shape) <= 9}  # a B-spline's degree ends at 8
 BSPLINE = {name: spec for name, spec in BASIC.items() if spec.basis == "bspline"}
 
 
@@ -74,6 +76,14 @@ def test_knots_inserted_change_nothing_and_are_there(spec):
     for axis, new in enumerate(inserted):
         expected = np.sort(np.concatenate([lattice.knots[axis], new or []]))
         np.testing.assert_allclose(finer.knots[axis], expected, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("spec", LOW.values(), ids=LOW)
+def test_knots_inserted_into_bernstein_make_it_a_bspline(spec):
+    control = posed(spec)
+    finer, points = spec.build().refine(control, insert=([0.25], [0.5] if spec.shape[1] > 1 else None, None))
+    assert finer.basis == "bspline"
+    check_same(spec, control, finer, points)
 
 
 @pytest.mark.parametrize("degree", [4, (3, 5, 4), (8, 3, 3)], ids=str)
@@ -163,8 +173,6 @@ def test_knots_are_those_of_the_domain(spec):
         if spec.basis == "bspline":
             np.testing.assert_allclose(knots, [float(k) for k in exact.knots(spec, axis)], rtol=0, atol=4e-16 * 4)
     if min(spec.shape) > 1 and max(lattice.degree) <= 8:
-        import isochor
-
         again = isochor.Lattice(
             shape=spec.shape, basis="bspline", degree=lattice.degree, knots=tuple(lattice.knots),
             origin=spec.origin, edges=spec.edges, weights=spec.weights,
