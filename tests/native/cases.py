@@ -40,7 +40,7 @@ BLENDER = (
     replace(lattices.FRAMES["oblique"], basis="blender", interpolation="cardinal"),
     Spec((4, 4, 1), "blender", interpolation="catmull-rom"),
     lattices.weighted(Spec((4, 3, 5), "blender")),  # and both at once
-    lattices.weighted(Spec((4, 4, 4), "blender", interpolation="cardinal"), 2.0),
+    lattices.weighted(Spec((5, 4, 4), "blender", interpolation=("linear", "bspline", "linear")), 30.0),
 )
 SURFACES = (
     meshes.bumpy_ball(1, 0.2),

@@ -105,6 +105,8 @@ def the_plane_at_rest_and_shifted(run: Run, kind: dict) -> None:
     np.testing.assert_array_equal(binding.deform(lattice.rest), points)
     moved = binding.deform(lattice.rest + [0.5, -0.25])
     np.testing.assert_allclose(moved, points + [0.5, -0.25], rtol=0, atol=400 * run.epsilon)
+    if "weights" in kind:
+        return  # `evaluate` is (14.1) itself then, which moves a lattice at rest
     np.testing.assert_allclose(
         lattice.evaluate(lattice.parameters(points), posed(lattice)),
         binding.deform(posed(lattice)), rtol=0, atol=4000 * run.epsilon,

@@ -219,6 +219,7 @@ ROWS = ([0, 1, 2], [0, 1], [1.0, 1.0])
         ([0, 1.5, 2], *ROWS[1:]),
         ([0, 1, 2], [0, -1], [1.0, 1.0]),
         ([0, 1, 2], [0], [1.0, 1.0]),
+        ([0, 1, 1, 2], [0, 1], [1.0, 1.0]),
         ([0, 1, 2], [0, 1], [1.0, NAN]),
         ([0, 1, 2], [0, 1], [1.0, INF]),
         ([0, 1, 2], [0, 1], [[1.0, 1.0]]),
@@ -234,7 +235,7 @@ def test_surface_rows(offsets, columns, weights):
 
 def test_a_surface_fits_its_points():
     surface = isochor.Surface(*ROWS, point_count=2)
-    for points in (np.ones((3, 3)), np.ones((2, 2)), np.full((2, 3), NAN), "points", None):
+    for points in (np.ones((3, 3)), np.ones(2), np.ones((2, 2, 2)), "points", None):
         with refused(isochor.Error):
             surface.apply(points)
     with refused(MeshError, "column", 7):

@@ -11,10 +11,11 @@ import pytest
 from laws_bodies import Body, edges_are_shared, lemon, lidded, torus
 from laws_papers import eval_surface, pt_on_surface
 from oracle import Spec
+from scipy import sparse
 
 BODIES = {"cube": lidded(4), "quadratic": lidded(3), "high": lidded(6), "torus": torus(), "lemon": lemon()}
 each_body = pytest.mark.parametrize("body", BODIES.values(), ids=BODIES)
-LEVELS = (1, 2, 3, 5)
+LEVELS = (2, 3, 5)  # of one segment the lemon would be a line
 
 
 def made(body: Body) -> isochor.Patches:
@@ -150,15 +151,16 @@ def test_quads_are_the_triangles_in_pairs():
 
 
 def test_a_surface_applies_its_rows():
-    """Rows as given: scipy's sparse product, empty rows and repeated columns too."""
-    from scipy import sparse
-
+    """Rows as given, repeated columns too, to whatever points have: scipy's sparse product."""
     random = np.random.default_rng(4)
-    offsets, columns = [0, 3, 3, 5, 6], [0, 2, 4, 1, 1, 3]
-    weights, points = random.normal(size=6), random.normal(size=(5, 3))
+    offsets, columns = [0, 3, 5, 6], [0, 2, 4, 1, 1, 3]
+    weights = np.array([0.2, 0.5, 0.3, 0.4, 0.6, 1.0])
     surface = isochor.Surface(offsets, columns, weights, point_count=5)
-    expected = sparse.csr_matrix((weights, columns, offsets), shape=(4, 5)) @ points
-    np.testing.assert_allclose(surface.apply(points), expected, rtol=0, atol=1e-15)
+    matrix = sparse.csr_matrix((weights, columns, offsets), shape=(3, 5))
+    for points in (random.normal(size=(5, 3)), random.normal(size=(5, 1)), random.normal(size=(5, 7))):
+        np.testing.assert_allclose(surface.apply(points), matrix @ points, rtol=0, atol=1e-15)
+    with pytest.warns(RuntimeWarning, match="1"):
+        isochor.Surface([0, 1], [0], [0.5])
 
 
 def test_a_surface_of_single_points_is_the_mesh_itself():
