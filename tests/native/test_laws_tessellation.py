@@ -80,8 +80,8 @@ def test_the_deformed_surface_is_within_the_tolerance(spec):
     far = deviation(spec, found.vertices, found.triangles)
     assert far <= TOLERANCE * (1 + 1e-9)
     assert deviation(spec, *coarse()) > 5 * TOLERANCE
-    assert found.deviation_before == pytest.approx(deviation(spec, *coarse()), rel=1e-6)
-    assert found.deviation_after == pytest.approx(far, rel=1e-6)
+    assert found.before == pytest.approx(deviation(spec, *coarse()), rel=1e-6)
+    assert found.after == pytest.approx(far, rel=1e-6)
 
 
 def deviation(spec: Spec, vertices, triangles) -> float:
