@@ -8,12 +8,14 @@ use rayon::prelude::*;
 
 use crate::bodies::{Bodies, Partition, check_labels, islands};
 use crate::caps::Caps;
+use crate::combination::Surface;
 use crate::embedding::{Embedding, Located, Spot};
 use crate::engine::{Engine, State, numbers};
 use crate::error::{Error, Result};
 use crate::inversion::{Inversion, Preimage};
 use crate::lanes::{F32x8, F64x8, Lanes};
 use crate::lattice::Lattice;
+use crate::over::Over;
 use crate::preserve::Costs;
 use crate::surface::{ClosedSurface, Measure};
 use crate::tensor::Chosen;
@@ -38,6 +40,8 @@ pub struct Bind {
     pub bodies: Bodies,
     /// Whether holes of bodies are closed by virtual fans of triangles about the mean of each boundary loop.
     pub caps: bool,
+    /// The vertices that triangles join, as combinations of those bound; `None` where triangles join those bound themselves.
+    pub surface: Option<Surface>,
 }
 
 /// Vertices (and triangles, if a volume is wanted) embedded in a lattice.
@@ -55,6 +59,7 @@ pub struct Binding<T> {
     /// Where the vertices stand in the lattice shaped by `rest`.
     preimages: Option<Vec<Preimage>>,
     partition: Partition,
+    pub(crate) over: Option<Over>,
     pub(crate) caps_wanted: bool,
     pub(crate) surface: OnceLock<Result<ClosedSurface>>,
     embedding: Arc<Embedding>,
@@ -130,19 +135,27 @@ impl<T: Scalar> Binding<T> {
         triangles: Vec<[u32; 3]>,
         options: Bind,
     ) -> Result<Self> {
-        let Bind { influence, outside, rest, bodies, caps } = options;
+        let Bind { influence, outside, rest, bodies, caps, surface } = options;
         check_vertices(&vertices)?;
-        check_triangles(&triangles, vertices.len())?;
+        surface.iter().try_for_each(|over| over.check_count(vertices.len()))?;
+        let over = surface.map(Over::new);
+        check_triangles(&triangles, over.as_ref().map_or(vertices.len(), |over| over.surface.len()))?;
         if let Some(influence) = &influence {
             check_influence(influence, vertices.len())?;
         }
         if let Some(rest) = &rest {
             check_rest::<T>(&lattice, rest)?;
         }
-        let (partition, surface) = partition(&vertices, &triangles, bodies, caps)?;
+        let (partition, surface) = partition(&vertices, over.as_ref(), &triangles, bodies, caps)?;
         let preimages = rest.as_deref().map(|rest| invert(&lattice, &vertices, rest, outside));
-        let (embedding, engine) =
-            embed(&lattice, &vertices, &partition, preimages.as_deref(), influence.as_deref(), outside);
+        let (embedding, engine) = embed(
+            &lattice,
+            &vertices,
+            (&partition, over.as_ref()),
+            preimages.as_deref(),
+            influence.as_deref(),
+            outside,
+        );
         Ok(Self {
             lattice,
             vertices,
@@ -152,6 +165,7 @@ impl<T: Scalar> Binding<T> {
             rest,
             preimages,
             partition,
+            over,
             caps_wanted: caps,
             surface,
             embedding,
@@ -210,7 +224,7 @@ impl<T: Scalar> Binding<T> {
         (self.embedding, self.engine) = embed(
             &self.lattice,
             &self.vertices,
-            &self.partition,
+            (&self.partition, self.over.as_ref()),
             self.preimages.as_deref(),
             self.influence.as_deref(),
             self.outside,
@@ -305,6 +319,9 @@ impl<T: Scalar> Binding<T> {
     /// The closed walks of neighbours around all slots.
     pub(crate) fn walks(&self) -> Result<&Arc<Walks>> {
         let surface = self.surface()?;
+        if self.over.is_some() {
+            return Err(Error::Mesh("surface: found vertices that combine others, expected the bound vertices themselves; only the CPU corrects over combinations".into()));
+        }
         Ok(self.walks.get_or_init(|| Arc::new(Walks::new(&self.embedding, surface))))
     }
 
@@ -426,19 +443,23 @@ fn spot<T: Scalar>(
 /// The bodies, and their surface where finding them took it.
 fn partition<T: Scalar>(
     vertices: &[[T; 3]],
+    over: Option<&Over>,
     triangles: &[[u32; 3]],
     bodies: Bodies,
     caps: bool,
 ) -> Result<(Partition, OnceLock<Result<ClosedSurface>>)> {
+    let count = over.map_or(vertices.len(), |over| over.surface.len());
     match bodies {
         Bodies::Whole => Ok((Partition::whole(), OnceLock::new())),
         Bodies::Labels(labels) => {
             check_labels(&labels, triangles.len())?;
-            Ok((Partition::labelled(vertices.len(), triangles, labels), OnceLock::new()))
+            Ok((Partition::labelled(count, triangles, labels), OnceLock::new()))
         }
         Bodies::Islands => {
-            let at = |v: usize| DVec3::from_array(vertices[v].map(T::to_f64));
-            let (partition, surface) = islands(vertices.len(), triangles, at, T::EPSILON, caps);
+            let bound = |v: usize| DVec3::from_array(vertices[v].map(T::to_f64));
+            let places = over.map(|over| over.surface.at(bound));
+            let at = |v: usize| places.as_ref().map_or_else(|| bound(v), |places| places[v]);
+            let (partition, surface) = islands(count, triangles, at, T::EPSILON, caps);
             Ok((partition, OnceLock::from(surface)))
         }
     }
@@ -447,15 +468,17 @@ fn partition<T: Scalar>(
 fn embed<T: Scalar>(
     lattice: &Lattice,
     vertices: &[[T; 3]],
-    partition: &Partition,
+    (partition, over): (&Partition, Option<&Over>),
     preimages: Option<&[Preimage]>,
     influence: Option<&[f64]>,
     outside: Outside,
 ) -> (Arc<Embedding>, Precision) {
     let at = |vertex: usize| spot(lattice, vertices, preimages, vertex);
+    let partition = over.map_or(partition, |over| &over.whole);
     let (embedding, located) =
         Embedding::new::<T>(lattice, (vertices.len(), partition), at, influence, outside);
-    let single = T::EPSILON > f64::EPSILON && embedding.extent >= SINGLE_EXTENT;
+    // What combines few vertices to many sums their errors up.
+    let single = T::EPSILON > f64::EPSILON && embedding.extent >= SINGLE_EXTENT && over.is_none();
     let engine = if single {
         Precision::Single(Arc::new(Engine::new(&embedding, &located, vertices, lattice.shape())))
     } else {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::basis::Span;
 use crate::embedding::{EMPTY, Embedding, Located, Task, split};
-use crate::kernels::{Basis, Cell, Deform, Reduce, Reduced, Shift};
+use crate::kernels::{Basis, Cell, Deform, Pull, Reduce, Reduced, Shift};
 use crate::lanes::{LANES, Lanes, dispatch};
 use crate::preserve::Coefficients;
 use crate::sum::CompensatedSum;
@@ -131,6 +131,22 @@ impl<L: Lanes> Engine<L> {
             volumes[task.body as usize].add(part.volume);
         }
         Coefficients { rows, volumes: volumes.into_iter().map(CompensatedSum::value).collect() }
+    }
+
+    /// `sum influence * B * value` over all slots, one number per control point. Cells without values cost nothing.
+    pub(crate) fn pulled(&self, tasks: &[Task], values: &[L]) -> Vec<f64> {
+        let pull = |(task, data): (&Task, &CellData<L::Real>)| {
+            let values = &values[task.blocks.clone()];
+            let is_empty = values.iter().all(|lanes| lanes.exact().0 == [0.0; LANES]);
+            (!is_empty).then(|| dispatch(Pull { cell: self.cell(task, data), values }))
+        };
+        let parts: Vec<Option<Vec<f64>>> = tasks.par_iter().zip(&self.cells).map(pull).collect();
+        let mut row = vec![0.0; self.shape.iter().product()];
+        for (data, part) in self.cells.iter().zip(&parts) {
+            let Some(part) = part else { continue };
+            data.points.iter().zip(part).for_each(|(&point, sum)| row[point as usize] += sum);
+        }
+        row
     }
 
     /// One slot's parameters from its cell's start, influence, and position at rest.

@@ -261,19 +261,30 @@ impl<L: Lanes> Reduce<'_, L> {
             volume = along.multiply_add::<FUSED>(gradient, volume);
             self.cell.weights::<FUSED, MAX>(taps, local, &mut weights);
             let pull = L::rounded(gradient).times(self.cell.influence[local]);
-            let mut rows = sums.chunks_exact_mut(taps[2]);
-            for wu in &weights[0][..taps[0]] {
-                let plane = pull.times(*wu);
-                for wv in &weights[1][..taps[1]] {
-                    let Some(sums) = rows.next() else { break };
-                    let row = plane.times(*wv);
-                    for (ww, sum) in weights[2][..taps[2]].iter().zip(sums) {
-                        *sum = row.multiply_add::<FUSED>(*ww, *sum);
-                    }
-                }
-            }
+            spread::<L, FUSED, MAX>(pull, &weights, taps, &mut sums);
         }
         Reduced { coefficients: sums.iter().map(|sum| sum.sum() / 6.0).collect(), volume: volume.sum() / 6.0 }
+    }
+}
+
+/// Adds `pull * B` to the sums of the cell's control points.
+#[inline(always)]
+fn spread<L: Lanes, const FUSED: bool, const MAX: usize>(
+    pull: L,
+    weights: &[[L; MAX]; 3],
+    taps: [usize; 3],
+    sums: &mut [L],
+) {
+    let mut rows = sums.chunks_exact_mut(taps[2]);
+    for wu in &weights[0][..taps[0]] {
+        let plane = pull.times(*wu);
+        for wv in &weights[1][..taps[1]] {
+            let Some(sums) = rows.next() else { break };
+            let row = plane.times(*wv);
+            for (ww, sum) in weights[2][..taps[2]].iter().zip(sums) {
+                *sum = row.multiply_add::<FUSED>(*ww, *sum);
+            }
+        }
     }
 }
 
@@ -281,6 +292,35 @@ impl<L: Lanes> Kernel for Reduce<'_, L> {
     type Output = Reduced;
     #[inline(always)]
     fn run<const FUSED: bool>(self) -> Reduced {
+        by_taps!(self.body)
+    }
+}
+
+/// `sum influence * B * value`, one number per control point of the cell: what the values at its vertices come to there.
+pub(crate) struct Pull<'a, L: Lanes> {
+    pub(crate) cell: Cell<'a, L>,
+    /// Values of the run's vertices.
+    pub(crate) values: &'a [L],
+}
+
+impl<L: Lanes> Pull<'_, L> {
+    #[inline(always)]
+    fn body<const FUSED: bool, const MAX: usize>(self, taps: [usize; 3]) -> Vec<f64> {
+        let mut weights = [[L::ZERO; MAX]; 3];
+        let mut sums = vec![L::ZERO; taps[0] * taps[1] * taps[2]];
+        for local in 0..self.cell.parameter.len() {
+            self.cell.weights::<FUSED, MAX>(taps, local, &mut weights);
+            let pull = self.values[local].times(self.cell.influence[local]);
+            spread::<L, FUSED, MAX>(pull, &weights, taps, &mut sums);
+        }
+        sums.iter().map(|sum| sum.sum()).collect()
+    }
+}
+
+impl<L: Lanes> Kernel for Pull<'_, L> {
+    type Output = Vec<f64>;
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> Vec<f64> {
         by_taps!(self.body)
     }
 }

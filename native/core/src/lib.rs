@@ -9,11 +9,13 @@
 //! the same bits on any number of them. No Python, no GPU, no files.
 
 mod basis;
+mod bends;
 mod binding;
 mod blend;
 mod bodies;
 mod broken;
 mod caps;
+mod combination;
 mod derivative;
 mod determinant;
 pub mod elastic;
@@ -29,31 +31,40 @@ mod lanes;
 mod lattice;
 pub mod layout;
 mod measures;
+mod over;
+mod patches;
 mod pieces;
 mod preserve;
 mod proxy;
 mod refine;
+mod subdivision;
 mod sum;
 mod surface;
 mod tensor;
+mod tessellation;
 mod vertices;
 mod walks;
 mod weights;
 mod words;
 
 pub use basis::{AxisBasis, MAX_POINTS, Span};
+pub use bends::Deformation;
 pub use binding::{Bind, Binding};
 pub use bodies::Bodies;
+pub use combination::Surface;
 pub use elastic::Elastic;
 pub use error::{Error, Result};
 pub use folds::{DEPTH, FoldTest, Folds, MOST_DEPTH, Verdict};
 pub use glam::{DMat3, DVec3};
 pub use inversion::Preimage;
 pub use lattice::{FACE_TOLERANCE, FACE_TOLERANCE_F32, Lattice};
+pub use patches::Patches;
 pub use preserve::{
     Accuracy, Coefficients, Cost, Limit, Method, Passes, PinPoint, Pins, Plan, Preserve, Preserved,
 };
 pub use refine::{RefineAxis, Refinement};
+pub use subdivision::Refined;
 pub use surface::{ClosedSurface, Measure};
 pub use tensor::prepare_in_background;
+pub use tessellation::{NO_CORNER, Tessellation};
 pub use vertices::{Outside, Scalar};

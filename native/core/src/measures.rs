@@ -26,7 +26,7 @@ impl<T: Scalar> Binding<T> {
     /// [`Error::Mesh`] where they form none.
     pub fn surface(&self) -> Result<&ClosedSurface> {
         let find = || match self.partition().of_triangle() {
-            None => ClosedSurface::capped(self.vertices().len(), self.triangles(), self.caps_wanted),
+            None => ClosedSurface::capped(self.corner_count(), self.triangles(), self.caps_wanted),
             Some(_) => self.partition().surface(self.triangles(), self.caps_wanted),
         };
         self.surface.get_or_init(find).as_ref().map_err(Clone::clone)
@@ -96,9 +96,11 @@ impl<T: Scalar> Binding<T> {
         Ok(self.volumes(control)?.iter().sum())
     }
 
-    /// Measures every body, by the place of each vertex.
+    /// Measures every body, by the place of each vertex bound.
     fn measured(&self, surface: &ClosedSurface, at: impl Fn(usize) -> DVec3 + Sync) -> Vec<Measure> {
-        let (count, triangles) = (self.vertices().len(), self.triangles());
+        let over = self.over().map(|surface| surface.at(&at));
+        let at = |corner: usize| over.as_ref().map_or_else(|| at(corner), |places| places[corner]);
+        let (count, triangles) = (self.corner_count(), self.triangles());
         if self.partition().of_triangle().is_some() {
             return Measure::of_bodies(self.partition(), surface, at, count);
         }
@@ -107,6 +109,15 @@ impl<T: Scalar> Binding<T> {
             true => vec![Measure::of(at, count, triangles)],
             false => vec![Measure::of_part(at, triangles, &loops)],
         }
+    }
+
+    /// The surface's vertices over deformed ones, in float64; `None` where the surface is the vertices' own.
+    ///
+    /// # Errors
+    /// [`Error::Mesh`] for another number of vertices.
+    pub fn surface_over(&self, vertices: &[[T; 3]]) -> Result<Option<Vec<DVec3>>> {
+        self.check_count(vertices.len())?;
+        Ok(self.over().map(|surface| surface.at(|v| self.place(vertices[v]))))
     }
 
     pub(crate) fn check_count(&self, found: usize) -> Result<()> {

@@ -34,7 +34,7 @@ impl<T: Scalar> Binding<T> {
     /// Joins the vertices of each cell of a grid whose normals point into the same octant. What were triangles and are not any more
     /// drop out in pairs of half-edges, so the rest is still a closed surface, if not a manifold one.
     fn coarse(&self) -> Option<Self> {
-        let plain = self.partition().of_triangle().is_none() && !self.has_caps();
+        let plain = self.partition().of_triangle().is_none() && !self.has_caps() && self.over().is_none();
         let reference = self.reference().ok()?;
         if !plain || self.vertices().len() < SMALLEST || reference.is_flat(T::EPSILON) {
             return None;

@@ -140,6 +140,15 @@ impl Argument {
         Ok(array)
     }
 
+    /// The extents of an array with so many dimensions.
+    pub(crate) fn dimensions<const N: usize>(
+        self,
+        array: &Bound<'_, PyUntypedArray>,
+    ) -> PyResult<[usize; N]> {
+        let found = array.shape();
+        found.try_into().map_err(|_| self.error(format!("found shape {found:?}, expected {N} dimensions")))
+    }
+
     /// All numbers as float64, in C order.
     pub(crate) fn floats(
         self,
@@ -259,6 +268,10 @@ impl Hint for i32 {
     const HINT: PyStaticExpr = type_hint_identifier!("numpy", "int32");
 }
 
+impl Hint for i64 {
+    const HINT: PyStaticExpr = type_hint_identifier!("numpy", "int64");
+}
+
 impl Hint for bool {
     const HINT: PyStaticExpr = type_hint_identifier!("numpy", "bool_");
 }
@@ -285,6 +298,14 @@ impl<'py, T: Hint> NdArray<'py, T> {
         T: Element + Copy,
     {
         Self::of(PyArray1::from_slice(py, numbers).as_untyped().clone())
+    }
+
+    /// Numbers in C order, in rows and columns or a box.
+    pub(crate) fn table<const N: usize>(py: Python<'py>, flat: Vec<T>, shape: [usize; N]) -> PyResult<Self>
+    where
+        T: Element,
+    {
+        Ok(Self::of(PyArray1::from_vec(py, flat).reshape(shape.as_slice())?.as_untyped().clone()))
     }
 
     /// Points (V, 3) or control points (nu, nv, nw, 3).

@@ -168,6 +168,11 @@ impl Backend {
         let is_auto = self.word == DeviceWord::Auto;
         let cpu = match &*state {
             State::Cpu | State::Failed => return Ok(Turn::Cpu),
+            // Only the CPU corrects over combinations of what the lattice moves.
+            _ if binding.over().is_some() => {
+                *state = State::Cpu;
+                return Ok(Turn::Cpu);
+            }
             State::Gpu(mesh) => return Ok(Turn::Gpu(Arc::clone(mesh))),
             State::Warm(cpu, mesh) => return Ok(Turn::GpuTimed(*cpu, Arc::clone(mesh))),
             State::Fresh if is_auto => {

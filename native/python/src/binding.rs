@@ -14,6 +14,7 @@ use crate::errors::{to_python, warn};
 use crate::lattice::LatticeLike;
 use crate::pins::PinsLike;
 use crate::preserved::Preserved;
+use crate::surface::SurfaceLike;
 use crate::words::{AccuracyWord, CostWord, DeviceWord, LimitWord, MethodWord};
 
 /// A binding of the core for either precision, shared with the results that measure on it.
@@ -43,13 +44,13 @@ pub(crate) struct Binding {
 }
 
 /// Vertices (V, 3) of either precision as they came in.
-enum VertexRows {
+pub(crate) enum VertexRows {
     Single(Vec<[f32; 3]>),
     Double(Vec<[f64; 3]>),
 }
 
 impl VertexRows {
-    fn extract(object: &ArrayLike<'_>) -> PyResult<Self> {
+    pub(crate) fn extract(object: &ArrayLike<'_>) -> PyResult<Self> {
         let argument = Argument::mesh("vertices");
         let array = argument.array(object, Numbers::Floats, &[None, Some(3)])?;
         match array.dtype().to_string().as_str() {
@@ -57,6 +58,14 @@ impl VertexRows {
             "float64" => Ok(Self::Double(rows(converted(&array, "float64")?))),
             other => Err(argument.error(format!("found dtype {other}, expected float32 or float64"))),
         }
+    }
+
+    /// Those of a result.
+    fn of(vertices: &Bound<'_, PyUntypedArray>) -> PyResult<Self> {
+        Ok(match vertices.cast::<PyArrayDyn<f32>>() {
+            Ok(array) => Self::Single(rows(array.readonly().as_slice()?.to_vec())),
+            Err(_) => Self::Double(rows(vertices.cast::<PyArrayDyn<f64>>()?.readonly().as_slice()?.to_vec())),
+        })
     }
 }
 
@@ -73,13 +82,15 @@ impl Binding {
         rest: Option<ArrayLike<'_>>,
         bodies: Option<BodiesLike>,
         caps: bool,
+        surface: Option<SurfaceLike>,
     ) -> PyResult<Self> {
         let vertices = VertexRows::extract(&vertices)?;
         let triangles = triangles.map_or(Ok(Vec::new()), |triangles| indices(&triangles))?;
         let influence = influence.map(|influence| influences(&influence)).transpose()?;
         let rest = rest.map(|rest| rest_of(&rest, lattice.shape())).transpose()?;
         let bodies = bodies.map(|bodies| bodies.0).unwrap_or_default();
-        let (lattice, options) = (lattice.clone(), Bind { influence, outside, rest, bodies, caps });
+        let surface = surface.map(|surface| surface.0);
+        let (lattice, options) = (lattice.clone(), Bind { influence, outside, rest, bodies, caps, surface });
         let bound = py.detach(|| match vertices {
             VertexRows::Single(rows) => Core::with(lattice, rows, triangles, options).map(Precise::Single),
             VertexRows::Double(rows) => Core::with(lattice, rows, triangles, options).map(Precise::Double),
@@ -93,7 +104,7 @@ impl Binding {
 
     /// Leaves the interpreter and reads the binding.
     fn read<R: Send>(&self, py: Python<'_>, f: impl FnOnce(&Precise) -> R + Send) -> R {
-        py.detach(|| f(&self.shared.read().unwrap_or_else(PoisonError::into_inner)))
+        read(py, &self.shared, f)
     }
 
     fn shape(&self, py: Python<'_>) -> [usize; 3] {
@@ -366,18 +377,36 @@ pub(crate) fn volumes(
     shared: &Shared,
     vertices: &Bound<'_, PyUntypedArray>,
 ) -> PyResult<Vec<f64>> {
-    if let Ok(array) = vertices.cast::<PyArrayDyn<f32>>() {
-        let rows = rows(array.readonly().as_slice()?.to_vec());
-        return measured(py, shared, |precise| match precise {
+    match VertexRows::of(vertices)? {
+        VertexRows::Single(rows) => measured(py, shared, |precise| match precise {
             Precise::Single(core) => core.measures(&rows),
             Precise::Double(_) => Err(changed_precision()),
-        });
+        }),
+        VertexRows::Double(rows) => measured(py, shared, |precise| match precise {
+            Precise::Double(core) => core.measures(&rows),
+            Precise::Single(_) => Err(changed_precision()),
+        }),
     }
-    let rows = rows(vertices.cast::<PyArrayDyn<f64>>()?.readonly().as_slice()?.to_vec());
-    measured(py, shared, |precise| match precise {
-        Precise::Double(core) => core.measures(&rows),
-        Precise::Single(_) => Err(changed_precision()),
-    })
+}
+
+/// The surface's vertices over those of a result; None where the surface is theirs.
+pub(crate) fn surface_over<'py>(
+    py: Python<'py>,
+    shared: &Shared,
+    vertices: &Bound<'py, PyUntypedArray>,
+) -> PyResult<Option<NdArray<'py, f64>>> {
+    let found = match VertexRows::of(vertices)? {
+        VertexRows::Single(rows) => read(py, shared, |precise| match precise {
+            Precise::Single(core) => core.surface_over(&rows),
+            Precise::Double(_) => Err(changed_precision()),
+        }),
+        VertexRows::Double(rows) => read(py, shared, |precise| match precise {
+            Precise::Double(core) => core.surface_over(&rows),
+            Precise::Single(_) => Err(changed_precision()),
+        }),
+    };
+    let found = found.map_err(to_python)?;
+    found.map(|places| NdArray::points(py, &places, &[places.len(), 3])).transpose()
 }
 
 fn measured(
@@ -385,8 +414,13 @@ fn measured(
     shared: &Shared,
     f: impl FnOnce(&Precise) -> isochor_core::Result<Vec<Measure>> + Send,
 ) -> PyResult<Vec<f64>> {
-    let bodies = py.detach(|| f(&shared.read().unwrap_or_else(PoisonError::into_inner)));
+    let bodies = read(py, shared, f);
     Ok(bodies.map_err(to_python)?.iter().map(|body| body.volume).collect())
+}
+
+/// Leaves the interpreter and reads a binding.
+fn read<R: Send>(py: Python<'_>, shared: &Shared, f: impl FnOnce(&Precise) -> R + Send) -> R {
+    py.detach(|| f(&shared.read().unwrap_or_else(PoisonError::into_inner)))
 }
 
 fn rows<T: Copy>(flat: Vec<T>) -> Vec<[T; 3]> {

@@ -13,6 +13,7 @@ use crate::bodies::BodiesLike;
 use crate::errors::to_python;
 use crate::folds::{Folds, halvings};
 use crate::refine::{InsertLike, blended, derivatives, refined};
+use crate::surface::SurfaceLike;
 use crate::words::{BasisWord, DeviceWord, KnotsWord, OutsideWord};
 
 /// A free-form deformation lattice: a box of space, or its image under an affine map, with a spline over it.
@@ -335,8 +336,13 @@ impl Lattice {
     /// caps: True closes every hole by a virtual fan of triangles about the mean of the vertices around it; with False a hole is a
     /// MeshError where a volume is asked for.
     ///
+    /// surface: an isochor.Surface, or None. With one, triangles, bodies and pins name the surface's vertices, which are fixed
+    /// combinations of `vertices`: the control points of a patch model (`Patches.tessellate`), the coarse points of a subdivision
+    /// surface. The lattice moves `vertices` alone, and volumes are those of the surface, exactly; `Preserved.surface` has its vertices. The CPU
+    /// computes then, whatever the device. cost="surface" still counts how far `vertices` move.
+    ///
     /// Raises MeshError, LatticeError for a wrong rest, and DeviceError for an unknown device.
-    #[pyo3(signature = (vertices, triangles=None, device=DeviceWord::Auto, outside=OutsideWord(Outside::Keep), influence=None, rest=None, bodies=None, caps=false))]
+    #[pyo3(signature = (vertices, triangles=None, device=DeviceWord::Auto, outside=OutsideWord(Outside::Keep), influence=None, rest=None, bodies=None, caps=false, surface=None))]
     #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn bind(
         &self,
@@ -349,8 +355,11 @@ impl Lattice {
         rest: Option<ArrayLike<'_>>,
         bodies: Option<BodiesLike>,
         caps: bool,
+        surface: Option<SurfaceLike>,
     ) -> PyResult<Binding> {
-        Binding::new(py, &self.core, vertices, triangles, device, outside.0, influence, rest, bodies, caps)
+        Binding::new(
+            py, &self.core, vertices, triangles, device, outside.0, influence, rest, bodies, caps, surface,
+        )
     }
 
     fn __repr__(&self) -> String {

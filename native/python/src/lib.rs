@@ -11,9 +11,12 @@ mod elastic;
 mod errors;
 mod folds;
 mod lattice;
+mod patches;
 mod pins;
 mod preserved;
 mod refine;
+mod subdivision;
+mod surface;
 mod words;
 
 /// The native half of isochor.
@@ -36,9 +39,21 @@ mod _native {
     #[pymodule_export]
     use super::lattice::Lattice;
     #[pymodule_export]
+    use super::patches::Patches;
+    #[pymodule_export]
+    use super::patches::Tessellation;
+    #[pymodule_export]
     use super::pins::Pins;
     #[pymodule_export]
     use super::preserved::Preserved;
+    #[pymodule_export]
+    use super::subdivision::Refined;
+    #[pymodule_export]
+    use super::subdivision::bent_edges;
+    #[pymodule_export]
+    use super::subdivision::tessellate;
+    #[pymodule_export]
+    use super::surface::Surface;
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "the name that Python expects")]
     const __version__: &str = env!("CARGO_PKG_VERSION");

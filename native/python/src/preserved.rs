@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{NdArray, OfVertices};
 use crate::backend::Ran;
-use crate::binding::{Shared, volumes};
+use crate::binding::{Shared, surface_over, volumes};
 use crate::words::method_name;
 
 /// A mesh deformed with its volume corrected: the result of `Binding.preserve`.
@@ -81,6 +81,13 @@ impl Preserved {
     #[getter]
     fn vertices<'py>(&self, py: Python<'py>) -> NdArray<'py, OfVertices> {
         NdArray::of(self.vertices.bind(py).clone())
+    }
+
+    /// Where the mesh was bound with a surface, its vertices, float64 (T, 3), over `vertices`: those that volumes are measured on. None
+    /// otherwise.
+    #[getter]
+    fn surface<'py>(&self, py: Python<'py>) -> PyResult<Option<NdArray<'py, f64>>> {
+        surface_over(py, &self.binding, self.vertices.bind(py))
     }
 
     /// Signed volume of `vertices`, of all bodies together, measured in float64 when asked for.

@@ -16,6 +16,7 @@ mod gradient;
 mod limit;
 mod metric;
 mod nearest;
+mod over_points;
 mod passes;
 mod pins;
 mod plan;
@@ -37,6 +38,7 @@ use correction::Correction;
 pub use costs::Cost;
 pub(crate) use costs::Costs;
 pub use limit::Limit;
+pub(crate) use over_points::OverPoints;
 pub(crate) use passes::OnEngine;
 pub use passes::{Coefficients, Passes};
 pub use pins::{PinPoint, Pins};
@@ -172,6 +174,9 @@ impl<T: Scalar> Binding<T> {
             self.deform(&preserved.control, out)?;
             return Ok(preserved);
         }
+        if self.over().is_some() {
+            return self.preserve_over_points(&plan, out);
+        }
         if options.accuracy != Accuracy::Exact
             && let Some(preserved) = self.preserve_by_proxy(&plan, options, out)?
         {
@@ -187,6 +192,17 @@ impl<T: Scalar> Binding<T> {
                 self.deform(&preserved.control, out)?;
             }
             engine.recycle(passes.state);
+            Ok(preserved)
+        })
+    }
+
+    /// The same where the volume is that of a surface over the vertices.
+    fn preserve_over_points(&self, plan: &Plan, out: &mut [[T; 3]]) -> Result<Preserved> {
+        with_engine!(self, engine => {
+            let mut passes = OverPoints::new(self, engine, &plan.frame, &plan.displacement);
+            let preserved = plan.carry_out(&mut passes)?;
+            engine.recycle(passes.state);
+            self.deform(&preserved.control, out)?;
             Ok(preserved)
         })
     }

@@ -178,7 +178,7 @@ impl<T: Scalar> Binding<T> {
             let at = |(vertex, share): (u32, f64)| {
                 DVec3::from_array(vertices[vertex as usize].map(T::to_f64)) * share
             };
-            let found: DVec3 = corners(self, i, *point)?.into_iter().map(at).sum();
+            let found: DVec3 = bound_corners(self, i, *point)?.into_iter().map(at).sum();
             largest = largest.max((found - *target).length());
         }
         Ok(largest)
@@ -195,7 +195,7 @@ fn closest(row: &[f64], earlier: &[Vec<f64>]) -> usize {
 
 fn located<T: Scalar>(binding: &Binding<T>, i: usize, point: PinPoint, target: DVec3) -> Result<Pin> {
     let mut pin = Pin { row: Vec::new(), at: DVec3::ZERO, target };
-    for (vertex, share) in corners(binding, i, point)? {
+    for (vertex, share) in bound_corners(binding, i, point)? {
         pin.at += DVec3::from_array(binding.vertices()[vertex as usize].map(T::to_f64)) * share;
         let located = binding.located(vertex as usize);
         let taps = binding.lattice().taps(DVec3::from_array(located.parameter));
@@ -205,11 +205,19 @@ fn located<T: Scalar>(binding: &Binding<T>, i: usize, point: PinPoint, target: D
     Ok(pin)
 }
 
-/// The vertices that a pin's point lies between, with their shares.
+/// The vertices bound that a pin's point lies between or is combined of, with their shares.
+fn bound_corners<T: Scalar>(binding: &Binding<T>, i: usize, point: PinPoint) -> Result<Vec<(u32, f64)>> {
+    let combined = |(corner, share): (u32, f64)| {
+        binding.corner(corner).into_iter().map(move |(vertex, weight)| (vertex, share * weight))
+    };
+    Ok(corners(binding, i, point)?.into_iter().flat_map(combined).collect())
+}
+
+/// The corners that a pin's point lies between, with their shares.
 fn corners<T: Scalar>(binding: &Binding<T>, i: usize, point: PinPoint) -> Result<Vec<(u32, f64)>> {
     match point {
-        PinPoint::Vertex(vertex) if (vertex as usize) < binding.vertices().len() => Ok(vec![(vertex, 1.0)]),
-        PinPoint::Vertex(vertex) => Err(out_of_range(i, "vertex", vertex, binding.vertices().len())),
+        PinPoint::Vertex(vertex) if (vertex as usize) < binding.corner_count() => Ok(vec![(vertex, 1.0)]),
+        PinPoint::Vertex(vertex) => Err(out_of_range(i, "vertex", vertex, binding.corner_count())),
         PinPoint::Face(face, barycentric) => {
             let Some(triangle) = binding.triangles().get(face as usize) else {
                 return Err(out_of_range(i, "triangle", face, binding.triangles().len()));

@@ -208,7 +208,7 @@ impl<T: Scalar> Binding<T> {
     /// Whether the volume is a form of the control points alone that fits in memory.
     fn has_tensor_form(&self) -> Result<bool> {
         self.surface()?;
-        let plain = self.partition().of_triangle().is_none() && !self.has_caps();
+        let plain = self.partition().of_triangle().is_none() && !self.has_caps() && self.over().is_none();
         Ok(plain && Triples::bytes(functions(self.lattice())) <= LARGEST)
     }
 

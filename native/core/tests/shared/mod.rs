@@ -7,6 +7,8 @@
     reason = "each test crate uses its own part, and fails by panicking"
 )]
 
+pub mod patch_model;
+
 use isochor_core::{AxisBasis, DMat3, DVec3, Lattice};
 
 /// A closed surface with consistent winding, outward.

@@ -7,7 +7,7 @@ The native half of isochor.
 from collections.abc import Sequence
 from typing import Final, Literal, SupportsFloat, SupportsIndex, final
 
-from numpy import bool_, float32, float64, int32
+from numpy import bool_, float32, float64, int32, int64
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
@@ -17,11 +17,17 @@ __all__ = [
     "Elastic",
     "Folds",
     "Lattice",
+    "Patches",
     "Pins",
     "Preserved",
+    "Refined",
+    "Surface",
+    "Tessellation",
+    "bent_edges",
     "copy_bandwidth",
     "devices",
     "prepare_in_background",
+    "tessellate",
 ]
 
 __version__: Final[str]
@@ -385,6 +391,7 @@ class Lattice:
         rest: ArrayLike | None = None,
         bodies: Literal["islands"] | ArrayLike | None = None,
         caps: bool = False,
+        surface: Surface | None = None,
     ) -> Binding:
         """
         Embeds a mesh: everything that stays fixed while the control points move is computed here.
@@ -407,6 +414,11 @@ class Lattice:
         count - 1, -1 for those of none. The border of a labelled region is closed by caps.
         caps: True closes every hole by a virtual fan of triangles about the mean of the vertices around it; with False a hole is a
         MeshError where a volume is asked for.
+
+        surface: an isochor.Surface, or None. With one, triangles, bodies and pins name the surface's vertices, which are fixed
+        combinations of `vertices`: the control points of a patch model (`Patches.tessellate`), the coarse points of a subdivision
+        surface. The lattice moves `vertices` alone, and volumes are those of the surface, exactly; `Preserved.surface` has its vertices. The CPU
+        computes then, whatever the device. cost="surface" still counts how far `vertices` move.
 
         Raises MeshError, LatticeError for a wrong rest, and DeviceError for an unknown device.
         """
@@ -534,6 +546,57 @@ class Lattice:
         """
 
 @final
+class Patches:
+    """
+    Bézier patches that share control points: a lattice moves the points, the surface follows (Ferrier).
+
+    points (K, 3): the control points. patches (P, m, n) integers: the points of each patch, m along u and n along v, 2 to 64 each:
+    degrees m - 1 and n - 1. Patches that name the same points along an edge, in either direction, are joined there; an edge that names
+    one point all along is collapsed to it.
+
+    Raises MeshError.
+    """
+    def __len__(self, /) -> int: ...
+    def __new__(cls, /, points: ArrayLike, patches: ArrayLike) -> Patches: ...
+    def __repr__(self, /) -> str: ...
+    @property
+    def degree(self, /) -> tuple[int, int]:
+        """
+        Degrees along u and v.
+        """
+    def derivatives(self, /, patch: ArrayLike, uv: ArrayLike) -> NDArray[float64]:
+        """
+        Derivatives along u and v there, float64 (N, 2, 3). Raises MeshError.
+        """
+    def evaluate(self, /, patch: ArrayLike, uv: ArrayLike) -> NDArray[float64]:
+        """
+        Positions, float64 (N, 3), at parameters uv (N, 2) in [0, 1] of patches (N,), or of one patch. Raises MeshError.
+        """
+    def normals(self, /, patch: ArrayLike, uv: ArrayLike) -> NDArray[float64]:
+        """
+        Unit normals there, float64 (N, 3), on the side from which u and v turn counter-clockwise; at a collapsed edge the limit from
+        within the patch, and zero where a patch has no area at all. Raises MeshError.
+        """
+    @property
+    def patches(self, /) -> NDArray[int32]:
+        """
+        Points of each patch, int32 (P, m, n).
+        """
+    @property
+    def points(self, /) -> NDArray[float64]:
+        """
+        Control points, float64 (K, 3).
+        """
+    def tessellate(self, /, level: SupportsIndex) -> Tessellation:
+        """
+        The mesh of `level` segments, 1 to 1024, along every edge of every patch. Samples that patches share are one vertex, so a closed
+        model gives a closed mesh at every level; patches are wound as the first of those that hang together.
+
+        To deform the model, bind its points with triangles and surface of the result:
+        `lattice.bind(patches.points, mesh.triangles, surface=mesh.surface)`. Raises MeshError.
+        """
+
+@final
 class Pins:
     """
     Points of the surface and where the deformed surface must have them, for `Binding.preserve`: direct manipulation, Problem 2
@@ -598,6 +661,12 @@ class Preserved:
         Volume, of all bodies together, that limit="unfolded" left missing from the target: target - volume. 0.0 otherwise.
         """
     @property
+    def surface(self, /) -> NDArray[float64] | None:
+        """
+        Where the mesh was bound with a surface, its vertices, float64 (T, 3), over `vertices`: those that volumes are measured on. None
+        otherwise.
+        """
+    @property
     def target(self, /) -> float:
         """
         Volume that was aimed at, after `amount`; 0 where pins alone were wanted of a mesh that encloses nothing.
@@ -623,6 +692,151 @@ class Preserved:
         Signed volume of each body, float64 (bodies,), measured on `vertices` in float64 when asked for.
         """
 
+@final
+class Refined:
+    """
+    A mesh that is split where deformed space bends: the result of `tessellate`.
+    """
+    def __repr__(self, /) -> str: ...
+    @property
+    def after(self, /) -> float:
+        """
+        The same of what came out; above the tolerance where the levels did not suffice.
+        """
+    @property
+    def before(self, /) -> float:
+        """
+        Largest distance from the deformed space as given, over edges and faces.
+        """
+    @property
+    def levels(self, /) -> int:
+        """
+        Levels that it took.
+        """
+    @property
+    def parent_triangle(self, /) -> NDArray[int32]:
+        """
+        The given triangle that each is a part of, int32 (F',).
+        """
+    @property
+    def parents(self, /) -> Surface:
+        """
+        The vertices as combinations of the given ones, three at most, those of the parent triangle: `parents.apply` carries whatever
+        vertices have.
+        """
+    @property
+    def reached(self, /) -> bool:
+        """
+        Whether the tolerance is met.
+        """
+    @property
+    def triangles(self, /) -> NDArray[int32]:
+        """
+        Triangles, int32 (F', 3), wound as those given.
+        """
+    @property
+    def vertices(self, /) -> NDArray[float32 | float64]:
+        """
+        Vertices before the deformation, in the type of those given: these first, then new ones.
+        """
+
+@final
+class Surface:
+    """
+    Vertices that are fixed linear combinations of points, vertex = sum weight point: a sparse matrix by rows, as scipy's csr_matrix
+    has them.
+
+    offsets (T + 1,): row i has the entries offsets[i] to offsets[i + 1] of columns and weights. columns: points. weights: their shares,
+    which need not sum to 1; a RuntimeWarning says which rows do not, for they do not follow when everything is moved.
+    point_count: number of points; the largest column and one more if None.
+
+    Raises MeshError for offsets that do not rise, rows without entries, columns out of range and weights that are not finite.
+    """
+    def __len__(self, /) -> int: ...
+    def __new__(
+        cls, /, offsets: ArrayLike, columns: ArrayLike, weights: ArrayLike, point_count: SupportsIndex | None = None
+    ) -> Surface: ...
+    def __repr__(self, /) -> str: ...
+    def apply(self, /, points: ArrayLike) -> NDArray[float64]:
+        """
+        The vertices, float64 (T, k), of points (P, k): positions, or whatever else points have, colours, weights, texture coordinates.
+        Raises MeshError for another number of points.
+        """
+    @property
+    def columns(self, /) -> NDArray[int32]:
+        """
+        Points of all rows, int32.
+        """
+    @property
+    def offsets(self, /) -> NDArray[int64]:
+        """
+        Start of each row, int64 (T + 1,).
+        """
+    @property
+    def point_count(self, /) -> int:
+        """
+        Number of points that the vertices are combined of.
+        """
+    @property
+    def weights(self, /) -> NDArray[float64]:
+        """
+        Their weights, float64.
+        """
+
+@final
+class Tessellation:
+    """
+    Patches as a mesh: the result of `Patches.tessellate`.
+    """
+    def __repr__(self, /) -> str: ...
+    @property
+    def parameters(self, /) -> NDArray[float64]:
+        """
+        Parameters u, v of each vertex on that patch, float64 (T, 2).
+        """
+    @property
+    def patch_of_quad(self, /) -> NDArray[int32]:
+        """
+        Patch of each cell, int32 (Q,).
+        """
+    @property
+    def patch_of_vertex(self, /) -> NDArray[int32]:
+        """
+        A patch that each vertex is on, int32 (T,).
+        """
+    @property
+    def quads(self, /) -> NDArray[int32]:
+        """
+        The cells that the triangles halve, int32 (Q, 4); the last corner of a cell with three, at a collapsed edge, is -1.
+        """
+    @property
+    def surface(self, /) -> Surface:
+        """
+        The vertices as combinations of the patches' points.
+        """
+    @property
+    def triangles(self, /) -> NDArray[int32]:
+        """
+        Triangles, int32 (F, 3), counter-clockwise seen from the side of the normals.
+        """
+
+def bent_edges(
+    lattice: Lattice,
+    vertices: ArrayLike,
+    edges: ArrayLike,
+    control: ArrayLike,
+    tolerance: SupportsFloat | SupportsIndex,
+    *,
+    outside: Literal["keep", "extend"] = ...,
+    influence: ArrayLike | None = None,
+    rest: ArrayLike | None = None,
+) -> NDArray[bool_]:
+    """
+    Which edges (E, 2) of vertices (V, 3) a lattice bends by more than `tolerance`, bool (E,): the deformed edge, at a quarter, a half and
+    three quarters of its way, is farther than that from the straight one between its deformed ends. The other arguments are those of
+    `tessellate`. Raises MeshError and LatticeError.
+    """
+
 def copy_bandwidth(name: str) -> float:
     """
     Bytes per second that the adapter of this name copies within its own memory: for benchmarks, to compare with. Raises
@@ -639,4 +853,30 @@ def prepare_in_background(allowed: bool) -> None:
     Allows (True, at the start) or forbids, for the whole process, that corrections on the CPU become independent of the number of
     vertices by themselves, as by Binding.prepare. What they give differs by rounding then, so a frame depends in its last bits on
     how many came before: forbid it where several processes must compute the same frames to the bit.
+    """
+
+def tessellate(
+    lattice: Lattice,
+    vertices: ArrayLike,
+    triangles: ArrayLike,
+    control: ArrayLike,
+    tolerance: SupportsFloat | SupportsIndex,
+    levels: SupportsIndex = ...,
+    *,
+    outside: Literal["keep", "extend"] = ...,
+    influence: ArrayLike | None = None,
+    rest: ArrayLike | None = None,
+) -> Refined:
+    """
+    Splits the edges of a mesh where a lattice bends them, until the deformed mesh is within `tolerance` of the deformed space: at a
+    quarter, a half and three quarters of every edge, and in the middle of every face.
+
+    vertices (V, 3), triangles (F, 3), before the deformation; control (nu, nv, nw, 3); tolerance: a distance after it. levels: how often
+    an edge is halved at most, up to 12. outside, influence (V,) and rest (nu, nv, nw, 3): as in `Lattice.bind`; influence runs from end
+    to end of an edge. With float32 vertices no tolerance below a millionth of the lattice's size is reached.
+
+    There are no cracks: whether an edge is split does not depend on the face that one looks at. In a face with a split edge the longest is
+    split too, so triangles do not become ever sharper. The same input gives the same mesh on any number of threads.
+
+    Raises MeshError and LatticeError.
     """
