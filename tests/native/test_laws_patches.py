@@ -172,3 +172,40 @@ def test_a_surface_of_single_points_is_the_mesh_itself():
     through = spec.build().bind(vertices, triangles, surface=surface, device="cpu").preserve(control)
     np.testing.assert_allclose(through.control, plain.control, rtol=0, atol=1e-12)
     np.testing.assert_allclose(through.surface, plain.vertices, rtol=0, atol=1e-12)
+
+
+@each_body
+def test_patches_given_the_wrong_way_round_are_turned(body):
+    """Every second patch transposed or run backwards: the mesh is closed, wound as one, and as large."""
+    turned = [net.T if k % 4 == 1 else net[::-1] if k % 4 == 3 else net for k, net in enumerate(body.patches)]
+    tessellation = isochor.Patches(body.points, np.array(turned)).tessellate(4)
+    straight = made(body).tessellate(4)
+    edges_are_shared(tessellation.triangles)
+    volumes = [
+        oracle.volume(t.surface.apply(body.points), t.triangles, (0.5, 0.5, 0.5)) for t in (tessellation, straight)
+    ]
+    assert volumes[0] == pytest.approx(volumes[1], rel=1e-2)
+    assert volumes[0] > 0
+
+
+def test_an_open_patch_has_its_four_edges_for_a_border():
+    net = np.random.default_rng(6).random((20, 3))
+    tessellation = isochor.Patches(net, np.arange(20).reshape(1, 4, 5)).tessellate(6)
+    half = tessellation.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).tolist()
+    lone = [pair for pair in map(tuple, half) if pair[::-1] not in set(map(tuple, half))]
+    assert len(lone) == 4 * 6
+    border = tessellation.parameters[np.unique(lone)]
+    assert np.all(np.any((border == 0) | (border == 1), axis=1))
+
+
+def test_patches_that_only_touch_in_space_are_not_joined():
+    """Sharing is by control points, not by places: two patches side by side with points of their own stay apart."""
+    one = np.stack(np.meshgrid(np.linspace(0, 1, 4), np.linspace(0, 1, 4), [0.0], indexing="ij"), axis=-1).reshape(
+        -1, 3
+    )
+    points = np.concatenate([one, one + [1, 0, 0]])
+    apart = isochor.Patches(points, np.arange(32).reshape(2, 4, 4)).tessellate(3)
+    assert len(apart.patch_of_vertex) == 2 * 16
+    shared = np.arange(32).reshape(2, 4, 4)
+    shared[1, 0] = shared[0, 3]
+    assert len(isochor.Patches(points, shared).tessellate(3).patch_of_vertex) == 2 * 16 - 4
