@@ -4,6 +4,8 @@
 //! All knot vectors are stored rescaled, so that the domain `[k_d, k_n]` is `[0, 1]`. Clamped knots with
 //! `count = degree + 1` give the Bernstein polynomials, so one recurrence serves every lattice.
 
+use std::ops::Range;
+
 use crate::error::{Error, Result};
 use crate::words::number;
 
@@ -14,14 +16,37 @@ pub const MAX_POINTS: usize = 64;
 /// less than four digits.
 const SHORTEST_SPAN: f64 = 1e-12;
 
-/// B-spline basis functions of one axis over the parameter range `[0, 1]`.
+/// A derivative this much smaller than the largest of its order is nothing but rounding.
+const NO_SLOPE: f64 = 1e-9;
+
+/// A sparse matrix by rows: of each the columns and the entries.
+pub(crate) type Rows = Vec<Vec<(usize, f64)>>;
+
+/// Basis functions of one axis over the parameter range `[0, 1]`: those of a B-spline, or sums of them.
+///
+/// Cells, spans, knots and the degree are the spline's. Where functions are sums of the spline's (Blender's, [`AxisBasis::blender`]), its
+/// control points are *inner* ones, more than the axis has, and it reaches beyond `[0, 1]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisBasis {
+    /// Of the spline.
     count: usize,
     degree: usize,
     knots: Vec<f64>,
     /// Knot index `m` of each non-empty span `[k_m, k_m+1)` of the domain, ascending.
     spans: Vec<usize>,
+    /// Where the functions are sums of the spline's.
+    sums: Option<Sums>,
+}
+
+/// Functions that are sums of a spline's.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Sums {
+    /// Number of functions.
+    pub(crate) count: usize,
+    /// Of each of the spline's control points what it takes of those of the axis.
+    pub(crate) rows: Rows,
+    /// Cells beyond each end of `[0, 1]`.
+    pub(crate) beyond: usize,
 }
 
 impl AxisBasis {
@@ -119,13 +144,43 @@ impl AxisBasis {
                 number(last - first)
             )));
         }
+        Ok(Self::of_spline(count, degree, knots, None))
+    }
+
+    pub(crate) fn of_spline(count: usize, degree: usize, knots: Vec<f64>, sums: Option<Sums>) -> Self {
         let spans = (degree..count).filter(|&m| knots[m] < knots[m + 1]).collect();
-        Ok(Self { count, degree, knots, spans })
+        Self { count, degree, knots, spans, sums }
     }
 
     /// Number of control points.
     pub fn count(&self) -> usize {
+        self.sums.as_ref().map_or(self.count, |sums| sums.count)
+    }
+
+    /// Number of the spline's control points.
+    pub fn inner_count(&self) -> usize {
         self.count
+    }
+
+    /// What the spline's control points take of the axis's; `None` where they are the same.
+    pub(crate) fn rows(&self) -> Option<&Rows> {
+        self.sums.as_ref().map(|sums| &sums.rows)
+    }
+
+    /// Whether functions may be negative.
+    pub(crate) fn has_negative_functions(&self) -> bool {
+        self.rows().is_some_and(|rows| rows.iter().flatten().any(|(_, share)| *share < 0.0))
+    }
+
+    /// The parameter nearest to `t` at which the functions are defined; beyond they go on as they are there.
+    pub(crate) fn clamped_to_reach(&self, t: f64) -> f64 {
+        t.clamp(self.knots[self.degree], self.knots[self.count])
+    }
+
+    /// The cells of `[0, 1]`.
+    pub(crate) fn domain_cells(&self) -> Range<usize> {
+        let beyond = self.sums.as_ref().map_or(0, |sums| sums.beyond);
+        beyond..self.cells() - beyond
     }
 
     /// Polynomial degree.
@@ -133,7 +188,7 @@ impl AxisBasis {
         self.degree
     }
 
-    /// Knots, rescaled to a domain of `[0, 1]`; `count + degree + 1` of them.
+    /// Knots of the spline, rescaled to a domain of `[0, 1]`; `inner_count + degree + 1` of them.
     pub fn knots(&self) -> &[f64] {
         &self.knots
     }
@@ -143,12 +198,12 @@ impl AxisBasis {
         self.spans.len()
     }
 
-    /// Index of the cell that holds `t`, a parameter in `[0, 1]`; 1 belongs to the last cell.
+    /// Index of the cell that holds `t`, a parameter in `[0, 1]` or within reach; 1 belongs to the last cell.
     pub fn cell(&self, t: f64) -> usize {
         self.spans.partition_point(|&m| self.knots[m] <= t).saturating_sub(1)
     }
 
-    /// First control point with a non-zero basis function in a cell; `degree + 1` consecutive ones act there.
+    /// First control point of the spline with a non-zero basis function in a cell; `degree + 1` consecutive ones act there.
     pub fn first_point(&self, cell: usize) -> usize {
         self.spans[cell] - self.degree
     }
@@ -159,24 +214,102 @@ impl AxisBasis {
     }
 
     /// Parameter at which control point `i` stands at rest: the Greville abscissa, which makes the rest lattice the
-    /// identity map. A single point stands in the middle.
+    /// identity map; Blender's are evenly spaced. A single point stands in the middle.
     pub fn greville(&self, i: usize) -> f64 {
+        if self.degree == 0 {
+            return 0.5;
+        }
+        if let Some(sums) = &self.sums {
+            return i as f64 / (sums.count - 1) as f64;
+        }
+        self.inner_greville(i)
+    }
+
+    /// What makes the difference of control points `i` and `i + 1` of the spline a coefficient of its derivative.
+    pub(crate) fn slope_rate(&self, i: usize) -> f64 {
+        let length = self.knots[i + self.degree + 1] - self.knots[i + 1];
+        // No cell uses a coefficient whose knots are all one.
+        if length > 0.0 { self.degree as f64 / length } else { 0.0 }
+    }
+
+    /// The Greville abscissa of one of the spline's control points.
+    pub(crate) fn inner_greville(&self, i: usize) -> f64 {
         if self.degree == 0 {
             return 0.5;
         }
         self.knots[i + 1..=i + self.degree].iter().sum::<f64>() / self.degree as f64
     }
 
-    /// Number of outer layers of control points that act on an end of the domain: those to hold still when the surface
-    /// must join what lies beyond without a tear. One for clamped ends, `degree` for uniform ones.
-    pub fn end_layers(&self, upper: bool) -> usize {
+    /// Number of outer layers of control points on which the surface's place at an end of the domain, and its derivatives there up to
+    /// an order, depend: those to hold still when it must join what lies beyond with that continuity.
+    ///
+    /// Of a B-spline of degree `d` whose end knot is repeated `m` times, `d + 1 - m` functions reach over the end, and of those that
+    /// begin there the first has derivatives from order `d + 1 - m` on, the next from one more on: so `k + 1` for clamped ends, and `d` for
+    /// uniform ones up to order `d - 1`. No more than the `d + 1` that act there.
+    pub fn end_layers(&self, upper: bool, continuity: usize) -> usize {
+        if self.sums.is_some() {
+            return self.summed_layers(continuity);
+        }
         let at_end = |&&k: &&f64| if upper { k == 1.0 } else { k == 0.0 };
-        let multiplicity = self.knots.iter().filter(at_end).count();
-        (self.degree + 1).saturating_sub(multiplicity).max(1).min(self.count)
+        let multiplicity = self.knots.iter().filter(at_end).count().min(self.degree + 1);
+        let cell = if upper { self.cells() - 1 } else { 0 };
+        let first = self.first_point(cell);
+        // Knots repeated more often leave points that act nowhere.
+        let idle = if upper { self.count - 1 - (first + self.degree) } else { first };
+        let over = self.degree + 1 - multiplicity;
+        let beginning = (continuity + multiplicity).saturating_sub(self.degree).min(multiplicity);
+        (idle + over + beginning).max(1).min(self.count)
+    }
+
+    /// The same where functions are sums of a cubic's, alike at both ends: by their polynomials in the first cell.
+    fn summed_layers(&self, continuity: usize) -> usize {
+        let cell = self.domain_cells().start;
+        let (Some(sums), Some(cubics)) = (&self.sums, self.span(cell).cubic()) else { return self.count() };
+        let rows = &sums.rows[self.first_point(cell)..];
+        let of_order = |order: usize| {
+            let mut slopes = vec![0.0f64; sums.count];
+            for (row, cubic) in rows.iter().zip(&cubics) {
+                row.iter().for_each(|(point, share)| slopes[*point] += share * cubic[order]);
+            }
+            let largest = slopes.iter().fold(0.0f64, |most, slope| most.max(slope.abs()));
+            let acts = |slope: &f64| slope.abs() > NO_SLOPE * largest;
+            slopes.iter().rposition(acts).map_or(1, |last| last + 1)
+        };
+        (0..=continuity.min(self.degree)).map(of_order).max().unwrap_or(1)
+    }
+
+    /// The control points that may act in the same cells as the one at `t`, and their functions there: the first of so many
+    /// consecutive ones.
+    pub(crate) fn taps(&self, t: f64) -> (usize, Vec<f64>) {
+        let (first, weights) = self.inner_taps(t);
+        let Some(sums) = &self.sums else { return (first, weights) };
+        let taps = self.window();
+        let rows = &sums.rows[first..first + weights.len()];
+        let lowest = rows.iter().flatten().map(|(point, _)| *point).min().unwrap_or_default();
+        let start = lowest.min(sums.count - taps);
+        let mut sum = vec![0.0; taps];
+        for (row, weight) in rows.iter().zip(weights) {
+            row.iter().for_each(|(point, share)| sum[point - start] += share * weight);
+        }
+        (start, sum)
+    }
+
+    /// How many control points act in one cell at most.
+    pub(crate) fn window(&self) -> usize {
+        (self.degree + 1).min(self.count())
+    }
+
+    /// The same of the spline itself.
+    pub(crate) fn inner_taps(&self, t: f64) -> (usize, Vec<f64>) {
+        let t = self.clamped_to_reach(t);
+        let cell = self.cell(t);
+        let mut weights = vec![0.0; self.degree + 1];
+        self.span(cell).evaluate(t, &mut weights);
+        (self.first_point(cell), weights)
     }
 }
 
-fn check_count(count: usize) -> Result<()> {
+pub(crate) fn check_count(count: usize) -> Result<()> {
     if (1..=MAX_POINTS).contains(&count) {
         return Ok(());
     }

@@ -276,7 +276,8 @@ impl<T: Scalar> Binding<T> {
     pub fn deform(&self, control: &[DVec3], out: &mut [[T; 3]]) -> Result<()> {
         let displacement = self.displacement(control)?;
         with_engine!(self, engine => {
-            let state = engine.deformed(&self.embedding.tasks, &displacement, None);
+            let inner = self.lattice.map().displacement(&displacement);
+            let state = engine.deformed(&self.embedding.tasks, &inner, None);
             self.write(&state, out)?;
             engine.recycle(state);
         });
@@ -378,8 +379,8 @@ impl<T: Scalar> Binding<T> {
         let frozen = |axis: usize, index: usize| {
             let basis = &self.lattice.axes()[axis];
             let [lower, upper] = self.embedding.beyond[axis];
-            (lower && index < basis.end_layers(false))
-                || (upper && index >= basis.count() - basis.end_layers(true))
+            (lower && index < basis.end_layers(false, 0))
+                || (upper && index >= basis.count() - basis.end_layers(true, 0))
         };
         let keep = self.outside == Outside::Keep;
         (0..self.lattice.len())
@@ -480,9 +481,9 @@ fn embed<T: Scalar>(
     // What combines few vertices to many sums their errors up.
     let single = T::EPSILON > f64::EPSILON && embedding.extent >= SINGLE_EXTENT && over.is_none();
     let engine = if single {
-        Precision::Single(Arc::new(Engine::new(&embedding, &located, vertices, lattice.shape())))
+        Precision::Single(Arc::new(Engine::new(&embedding, &located, vertices, lattice.map().inner_shape())))
     } else {
-        Precision::Double(Arc::new(Engine::new(&embedding, &located, vertices, lattice.shape())))
+        Precision::Double(Arc::new(Engine::new(&embedding, &located, vertices, lattice.map().inner_shape())))
     };
     (Arc::new(embedding), engine)
 }

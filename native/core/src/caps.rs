@@ -33,7 +33,7 @@ struct Loop {
     length: usize,
 }
 
-/// The rows of the deformation at a node: along each axis the first control point and its functions, and the influence on all.
+/// The rows of the deformation at a node: along each axis the first inner control point and its functions, and the influence on all.
 #[derive(Debug, Clone)]
 struct Weights {
     axes: [(usize, Vec<f64>); 3],
@@ -64,8 +64,8 @@ impl Caps {
                 let located = binding.located(binding.embedding().vertex(node));
                 caps.nodes.push(node);
                 caps.weights.push(Weights {
-                    axes: binding.lattice().axis_taps(DVec3::from_array(located.parameter)),
-                    influence: located.influence,
+                    axes: binding.lattice().inner_axis_taps(DVec3::from_array(located.parameter)),
+                    influence: located.inner_influence,
                 });
             }
         }
@@ -134,14 +134,14 @@ impl<T: Scalar> Binding<T> {
         Ok(self.caps.get_or_init(|| caps))
     }
 
-    /// Positions of the caps' vertices for control points displaced so (`control - rest`, in space), mapped linearly: what
+    /// Positions of the caps' vertices for inner control points displaced so (in space), mapped linearly: what
     /// [`Binding::add_caps`] needs of a backend that keeps the vertices elsewhere.
     ///
     /// # Errors
     /// [`crate::Error::Mesh`] where the triangles enclose no volume.
     pub fn cap_positions(&self, displacement: &[DVec3], map: DMat3) -> Result<Vec<DVec3>> {
         let caps = self.caps()?;
-        let ways = caps.ways(displacement, self.lattice().shape());
+        let ways = caps.ways(displacement, self.lattice().map().inner_shape());
         let at = |node: u32| self.vertices()[self.embedding().vertex(node)].map(T::to_f64);
         Ok(caps
             .nodes
@@ -151,7 +151,7 @@ impl<T: Scalar> Binding<T> {
             .collect())
     }
 
-    /// Adds the caps' part to what the passes over the mesh found for one axis, with the walks of [`Binding::block_walks`].
+    /// Adds the caps' part to what the passes over the mesh found for one axis and inner control points, with the walks of [`Binding::block_walks`].
     /// `positions`: as from [`Binding::cap_positions`]; `middles`: for each body the coordinate along the axis about which its volume was
     /// summed.
     ///
@@ -164,7 +164,7 @@ impl<T: Scalar> Binding<T> {
         middles: &[f64],
         coefficients: &mut Coefficients,
     ) -> Result<()> {
-        self.caps()?.add(axis, self.lattice().shape(), positions, middles, coefficients);
+        self.caps()?.add(axis, self.lattice().map().inner_shape(), positions, middles, coefficients);
         Ok(())
     }
 }

@@ -14,6 +14,8 @@ const OF_PRODUCT: f64 = 2.0;
 pub(crate) struct Signs {
     largest: DMat3,
     rounding: f64,
+    /// Whether coefficients are multiples of the derivative's that change from place to place.
+    is_scaled: bool,
     /// Rounding alone may make a determinant this large.
     noise: f64,
 }
@@ -21,7 +23,7 @@ pub(crate) struct Signs {
 impl Signs {
     pub(crate) fn new(cell: &Cell) -> Self {
         let noise = OF_THREE * cell.rounding * permanent(&cell.largest);
-        Self { largest: cell.largest, rounding: cell.rounding, noise }
+        Self { largest: cell.largest, rounding: cell.rounding, is_scaled: cell.is_scaled, noise }
     }
 
     /// 1 or -1, or `None` where rounding leaves it open.
@@ -36,19 +38,36 @@ impl Signs {
     /// `1 + tr N` are exact; those of the minors and of `det N` are bounded by products of the largest of the entries. Where
     /// the sum is positive for all coefficients, so is the determinant everywhere in the piece. What is bounded shrinks with
     /// the square of the piece, as the distance between a function and its Bernstein coefficients does.
+    ///
+    /// A coefficient of the determinant is a convex combination of those with three coefficients of `J` for its three factors, all of
+    /// which the bound holds for; so each coefficient may be scaled by any positive number of its own. Where `J` comes with a factor that
+    /// changes from place to place, all are scaled to the trace that 1 has, and the factor is gone.
     pub(crate) fn is_one(&self, tensor: &Tensor, middle: &DMat3) -> bool {
         let Some((x, y)) = pivoted(middle) else { return false };
-        let error = absolute(&x) * self.largest * absolute(&y) * (OF_PRODUCT * self.rounding);
-        let mut most = DMat3::ZERO;
-        let mut trace = f64::INFINITY;
+        let mut error = absolute(&x) * self.largest * absolute(&y) * (OF_PRODUCT * self.rounding);
+        let (mut most, mut lowest, mut scale) = (DMat3::ZERO, f64::INFINITY, 1.0f64);
         for coefficient in &tensor.coefficients {
-            let n = x * *coefficient * y - DMat3::IDENTITY;
+            let mut product = x * *coefficient * y;
+            if self.is_scaled {
+                let third = trace(&product) / 3.0;
+                // Without a positive one there is nothing to scale by, and no proof.
+                if third.is_nan() || third <= 0.0 {
+                    return false;
+                }
+                product *= third.recip();
+                scale = scale.max(third.recip());
+            }
+            let n = product - DMat3::IDENTITY;
             most = largest(&most, &absolute(&n));
-            trace = trace.min(n.x_axis.x + n.y_axis.y + n.z_axis.z);
+            lowest = lowest.min(trace(&n));
+        }
+        if self.is_scaled {
+            // Of the product, and of what it was divided by.
+            let by_third = (DMat3::IDENTITY + most) * (trace(&error) / 3.0);
+            error = (error + by_third) * scale;
         }
         most += error;
-        let trace = trace - (error.x_axis.x + error.y_axis.y + error.z_axis.z);
-        1.0 + trace > minors(&most) + permanent(&most)
+        1.0 + lowest - trace(&error) > minors(&most) + permanent(&most)
     }
 }
 
@@ -82,6 +101,10 @@ fn pivoted(matrix: &DMat3) -> Option<(DMat3, DMat3)> {
         x[k] /= pivot;
     }
     Some((DMat3::from_cols(x[0], x[1], x[2]).transpose(), DMat3::from_cols(y[0], y[1], y[2])))
+}
+
+fn trace(m: &DMat3) -> f64 {
+    m.x_axis.x + m.y_axis.y + m.z_axis.z
 }
 
 fn absolute(matrix: &DMat3) -> DMat3 {

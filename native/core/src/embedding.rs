@@ -50,7 +50,7 @@ pub(crate) struct Embedding {
 pub(crate) struct Task {
     /// The knots around the cell along s, t, u.
     pub(crate) spans: [Span; 3],
-    /// Control point with the smallest indices that acts in the cell.
+    /// Inner control point with the smallest indices that acts in the cell.
     pub(crate) first_point: [usize; 3],
     pub(crate) blocks: Range<usize>,
     /// The body, or `NO_BODY`.
@@ -58,12 +58,12 @@ pub(crate) struct Task {
 }
 
 impl Task {
-    /// Number of control points that act in the cell, along each axis.
+    /// Number of inner control points that act in the cell, along each axis.
     pub(crate) fn taps(&self) -> [usize; 3] {
         self.spans.each_ref().map(|span| span.degree() + 1)
     }
 
-    /// Indices of the cell's control points in a lattice of `shape`, `k` fastest.
+    /// Indices of the cell's inner control points, `k` fastest; `shape`: how many inner ones the lattice has.
     pub(crate) fn points(&self, shape: [usize; 3]) -> impl Iterator<Item = usize> + use<> {
         let ([i0, j0, k0], [nu, nv, nw]) = (self.first_point, self.taps());
         (0..nu).flat_map(move |i| {
@@ -87,10 +87,12 @@ pub(crate) enum Spot {
 /// One vertex in the lattice.
 pub(crate) struct Located {
     cell: [u16; 3],
-    /// Parameters s, t, u, in [0, 1].
+    /// Parameters s, t, u, in [0, 1] or as far beyond as the basis reaches.
     pub(crate) parameter: [f64; 3],
     /// How much of the deformation the vertex takes.
     pub(crate) influence: f64,
+    /// The same of what inner control points give: divided by the denominator of rational functions.
+    pub(crate) inner_influence: f64,
     beyond: [[bool; 2]; 3],
     /// Whether it lies beyond the domain, or nowhere in a shaped lattice.
     is_outside: bool,
@@ -116,11 +118,14 @@ impl Located {
         let lost = matches!(spot, Spot::Inverted(Preimage { inside: false, .. }));
         let is_outside = lost || beyond.as_flattened().contains(&true);
         let kept = outside == Outside::Keep && is_outside;
-        let parameter = raw.to_array().map(|t| t.clamp(0.0, 1.0));
+        let axes = lattice.axes();
+        let parameter = std::array::from_fn(|axis| axes[axis].clamped_to_reach(raw[axis]));
+        let influence = if kept { 0.0 } else { influence };
         Self {
-            cell: std::array::from_fn(|axis| lattice.axes()[axis].cell(parameter[axis]) as u16),
+            cell: std::array::from_fn(|axis| axes[axis].cell(parameter[axis]) as u16),
             parameter,
-            influence: if kept { 0.0 } else { influence },
+            influence,
+            inner_influence: influence / lattice.denominator(DVec3::from_array(parameter)),
             beyond,
             is_outside,
         }

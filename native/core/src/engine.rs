@@ -37,7 +37,8 @@ struct CellData<R> {
 }
 
 impl<L: Lanes> Engine<L> {
-    /// Puts located nodes into lanes, in slot order. `shape`: control points of the lattice.
+    /// Puts located nodes into lanes, in slot order. `shape`: inner control points of the lattice, which `displacement`, `delta` and
+    /// coefficients are of.
     pub(crate) fn new<T: Scalar>(
         embedding: &Embedding,
         located: &[Located],
@@ -63,7 +64,7 @@ impl<L: Lanes> Engine<L> {
             shape,
             cells,
             parameter: parameter.collect(),
-            influence: lanes(&|n| located[n].influence),
+            influence: lanes(&|n| located[n].inner_influence),
             rest: std::array::from_fn(|axis| lanes(&|n| vertices[embedding.vertex(n as u32)][axis].to_f64())),
             spare: Mutex::default(),
         }

@@ -75,15 +75,15 @@ struct Piece {
 }
 
 impl<'a> Search<'a> {
-    /// `control`: checked to fit the lattice.
+    /// `control`: checked to fit the lattice. `is_displaced`: the form in which bound vertices move, where weights are unequal.
     pub(crate) fn new(
         lattice: &Lattice,
-        cells: &'a Cells,
-        wanted: &'a Wanted,
-        control: &[DVec3],
+        (cells, wanted): (&'a Cells, &'a Wanted),
+        (control, is_displaced): (&[DVec3], bool),
         depth: u32,
     ) -> Self {
-        Self { cells, wanted, derivatives: Derivatives::new(lattice, control), depth: depth.min(MOST_DEPTH) }
+        let derivatives = Derivatives::new(lattice, control, is_displaced);
+        Self { cells, wanted, derivatives, depth: depth.min(MOST_DEPTH) }
     }
 
     /// Every cell: most are decided as a whole; those that are not share the work of halving.

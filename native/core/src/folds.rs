@@ -12,6 +12,7 @@ use crate::error::Result;
 use crate::fold_search::{Found, Search, Wanted};
 use crate::jacobian::Cells;
 use crate::lattice::Lattice;
+use crate::net::Net;
 
 /// Halvings of a cell along each axis, where the caller has no wish. What decides is local, so most cells need none, and few
 /// pieces are ever as small as this; a random shape that all but folded needed more than six.
@@ -49,6 +50,9 @@ impl Lattice {
     /// has not the sign of the lattice's frame. With `rest` given, the map is measured from the lattice as shaped by that: the
     /// sign wanted in each cell is the one proved there for `rest` (which is undecided where `rest` itself folds).
     ///
+    /// With unequal weights the map is what moves the vertices of a mesh: bound to the lattice at rest, `point(p) + sum w B (control - rest)
+    /// / sum w B`; with `rest` given, the rational map itself, which [`Lattice::evaluate`] is.
+    ///
     /// `depth`: how often a cell is halved along each axis at most; [`DEPTH`] if in doubt, [`MOST_DEPTH`] at most.
     ///
     /// # Errors
@@ -71,6 +75,8 @@ pub struct FoldTest<'a> {
     lattice: &'a Lattice,
     cells: Cells,
     wanted: Wanted,
+    /// With unequal weights, whether the map is that of vertices bound to the lattice at rest.
+    is_displaced: bool,
 }
 
 impl<'a> FoldTest<'a> {
@@ -80,7 +86,8 @@ impl<'a> FoldTest<'a> {
     /// [`crate::Error::Lattice`] for a rest array of another length or with a non-finite entry.
     pub fn new(lattice: &'a Lattice, rest: Option<&[DVec3]>) -> Result<Self> {
         let frame = Wanted::Frame(lattice.edges().determinant().signum());
-        let mut test = Self { lattice, cells: Cells::new(lattice), wanted: frame };
+        let is_displaced = rest.is_none() || !lattice.is_rational_map();
+        let mut test = Self { lattice, cells: Cells::new(lattice), wanted: frame, is_displaced };
         if let Some(rest) = rest {
             lattice.check_control("rest", rest)?;
             test.wanted = Wanted::Cells(test.search(rest, DEPTH).signs());
@@ -121,8 +128,13 @@ impl<'a> FoldTest<'a> {
             (true, false) => Verdict::Undecided,
             (true, true) => Verdict::Unfolded,
         };
-        let points = self.lattice.evaluate(&parameters, control)?;
-        Ok(Folds { verdict, parameters, points, undecided: self.lattice.evaluate(&open, control)? })
+        let net = match self.is_displaced {
+            true => Net::displaced(self.lattice, &self.lattice.displacement(control)?),
+            false => Net::of(self.lattice, control)?,
+        };
+        let [points, undecided] =
+            [&parameters, &open].map(|places| places.iter().map(|&place| net.at(place)).collect());
+        Ok(Folds { verdict, parameters, points, undecided })
     }
 
     /// What [`Lattice::is_unfolded`] gives.
@@ -135,6 +147,6 @@ impl<'a> FoldTest<'a> {
     }
 
     fn search(&'a self, control: &[DVec3], depth: u32) -> Search<'a> {
-        Search::new(self.lattice, &self.cells, &self.wanted, control, depth)
+        Search::new(self.lattice, (&self.cells, &self.wanted), (control, self.is_displaced), depth)
     }
 }

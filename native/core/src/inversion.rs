@@ -5,6 +5,7 @@
 //! searched: boxes around small pieces of it say where to start again. What is not found then lies outside, and gets the
 //! nearest parameters. Every point is solved for itself, from the same start: results depend on neither order nor past.
 
+use std::ops::{AddAssign, Mul};
 use std::sync::OnceLock;
 
 use glam::{DMat3, DVec3};
@@ -40,7 +41,8 @@ pub struct Preimage {
 
 /// A lattice in one shape, made ready to be inverted.
 ///
-/// In its coordinates `y = to_local (x - origin)` the lattice is `s + sum B(s) bend`.
+/// In its coordinates `y = to_local (x - origin)` the lattice is `s + sum B(s) bend`, over inner control points. With unequal weights it is
+/// `s + sum B(s) bend / sum B(s) weights`; or, where it is the rational map itself, the same with what lies beyond the domain for `s`.
 pub(crate) struct Inversion<'a> {
     lattice: &'a Lattice,
     /// The knots around every cell, along each axis.
@@ -50,8 +52,10 @@ pub(crate) struct Inversion<'a> {
     /// Of distances in space, and how much of plain ones they are at least.
     metric: DMat3,
     least: f64,
-    /// What the control points add to the affine map, in local coordinates.
+    /// What the inner control points add to the affine map, in local coordinates, times their weights.
     bend: Vec<DVec3>,
+    weights: Option<&'a [f64]>,
+    is_rational_map: bool,
     /// Axes with more than one control point: those that have faces.
     solid: [bool; 3],
     /// Box of the control points in local coordinates: all that is inside is inside this.
@@ -71,17 +75,31 @@ impl<'a> Inversion<'a> {
     /// `control`: checked to fit the lattice.
     pub(crate) fn new(lattice: &'a Lattice, control: &[DVec3]) -> Self {
         let solid = lattice.axes().each_ref().map(|axis| axis.count() > 1);
-        let (origin, frame) = nearest_affine(lattice, control);
+        let (weights, is_rational_map) = (lattice.map().inner_weights(), lattice.is_rational_map());
+        let (points, grid) = (inner_points(lattice, control), abscissae(lattice));
+        // Displacements over a denominator are no displacements any more where another frame takes part of them.
+        let own_frame = weights.is_some() && !is_rational_map;
+        let (origin, frame) =
+            if own_frame { (lattice.origin(), lattice.edges()) } else { nearest_affine(lattice, &points) };
         let to_local = inverse(frame);
-        let grid = abscissae(lattice);
         // About the frame's origin first, so that a lattice far away loses no more digits than it has to.
-        let bend: Vec<DVec3> =
-            control.iter().zip(&grid).map(|(p, s)| to_local * (p - origin - frame * *s)).collect();
+        let mut bend: Vec<DVec3> =
+            points.iter().zip(&grid).map(|(p, s)| to_local * (p - origin - frame * *s)).collect();
         let size = 1.0 + bend.iter().map(|d| d.abs().max_element()).fold(0.0, f64::max);
         let spans =
             lattice.axes().each_ref().map(|axis| (0..axis.cells()).map(|cell| axis.span(cell)).collect());
         let placed: Vec<DVec3> = grid.iter().zip(&bend).map(|(s, d)| s + d).collect();
-        let hull = bounds(&placed).into();
+        let mut hull = <[DVec3; 2]>::from(bounds(&placed));
+        if own_frame {
+            let (low, high) = bounds(&bend);
+            hull = [low, high + DVec3::ONE];
+        }
+        if is_rational_map {
+            bend = placed;
+        }
+        if let Some(weights) = weights {
+            bend.iter_mut().zip(weights).for_each(|(bend, weight)| *bend *= *weight);
+        }
         let metric = frame.transpose() * frame;
         let least = to_local.to_cols_array().iter().map(|c| c * c).sum::<f64>().recip();
         Self {
@@ -92,6 +110,8 @@ impl<'a> Inversion<'a> {
             metric,
             least,
             bend,
+            weights,
+            is_rational_map,
             solid,
             hull,
             size,
@@ -272,7 +292,6 @@ impl<'a> Inversion<'a> {
     }
 
     fn evaluate_in<const MAX: usize>(&self, parameter: DVec3, local: DVec3) -> Local {
-        let [_, nv, nw] = self.lattice.shape();
         let mut weights = [[0.0; MAX]; 3];
         let mut slopes = [[0.0; MAX]; 3];
         let mut first = [0; 3];
@@ -286,35 +305,93 @@ impl<'a> Inversion<'a> {
                 slopes[axis].fill(0.0);
             }
         }
-        // Along u first, then t, then s: each sum with its value and its slopes.
-        let [mut value, mut by_s, mut by_t, mut by_u] = [DVec3::ZERO; 4];
-        for i in 0..taps[0] {
-            let [mut plane, mut plane_t, mut plane_u] = [DVec3::ZERO; 3];
-            for j in 0..taps[1] {
-                let row = ((first[0] + i) * nv + first[1] + j) * nw + first[2];
-                let [mut line, mut line_u] = [DVec3::ZERO; 2];
-                for (k, &point) in self.bend[row..row + taps[2]].iter().enumerate() {
-                    line += weights[2][k] * point;
-                    line_u += slopes[2][k] * point;
-                }
-                plane += weights[1][j] * line;
-                plane_t += slopes[1][j] * line;
-                plane_u += weights[1][j] * line_u;
-            }
-            value += weights[0][i] * plane;
-            by_s += slopes[0][i] * plane;
-            by_t += weights[0][i] * plane_t;
-            by_u += weights[0][i] * plane_u;
+        let taps = Taps { first, taps, weights: &weights, slopes: &slopes };
+        let shape = self.lattice.map().inner_shape();
+        let [mut value, mut by_s, mut by_t, mut by_u] = taps.sums(&self.bend, shape);
+        if let Some(weights) = self.weights {
+            let [whole, of_s, of_t, of_u] = taps.sums(weights, shape);
+            value /= whole;
+            by_s = (by_s - value * of_s) / whole;
+            by_t = (by_t - value * of_t) / whole;
+            by_u = (by_u - value * of_u) / whole;
         }
+        let (base, [s, t, u]) = self.base(parameter);
         Local {
-            residual: (parameter - local) + value,
-            jacobian: DMat3::from_cols(DVec3::X + by_s, DVec3::Y + by_t, DVec3::Z + by_u),
+            residual: (base - local) + value,
+            jacobian: DMat3::from_cols(DVec3::X * s + by_s, DVec3::Y * t + by_t, DVec3::Z * u + by_u),
         }
     }
 
-    fn pieces(&self) -> &Pieces {
-        self.pieces.get_or_init(|| Pieces::new(self.lattice, &self.bend))
+    /// What no control point moves, and its slope along each axis.
+    fn base(&self, parameter: DVec3) -> (DVec3, [f64; 3]) {
+        if !self.is_rational_map {
+            return (parameter, [1.0; 3]);
+        }
+        let clamped = self.clamped(parameter);
+        let mut base = parameter - clamped;
+        (0..3).filter(|&axis| !self.solid[axis]).for_each(|axis| base[axis] = parameter[axis] - 0.5);
+        let moves = |axis: usize| !self.solid[axis] || clamped[axis] != parameter[axis];
+        (base, std::array::from_fn(|axis| f64::from(u8::from(moves(axis)))))
     }
+
+    fn pieces(&self) -> &Pieces {
+        self.pieces.get_or_init(|| {
+            Pieces::new(self.lattice, &self.bend, self.weights, |parameter| self.base(parameter).0)
+        })
+    }
+}
+
+/// Basis functions at parameters, along each axis, and their slopes.
+struct Taps<'a, const MAX: usize> {
+    first: [usize; 3],
+    taps: [usize; 3],
+    weights: &'a [[f64; MAX]; 3],
+    slopes: &'a [[f64; MAX]; 3],
+}
+
+impl<const MAX: usize> Taps<'_, MAX> {
+    /// The sum over what control points carry, and its slopes along s, t, u. Along u first, then t, then s.
+    fn sums<V>(&self, carried: &[V], shape: [usize; 3]) -> [V; 4]
+    where
+        V: Copy + Default + AddAssign + Mul<f64, Output = V>,
+    {
+        let Self { first, taps, weights, slopes } = self;
+        let [_, nv, nw] = shape;
+        let [mut value, mut by_s, mut by_t, mut by_u] = [V::default(); 4];
+        for i in 0..taps[0] {
+            let [mut plane, mut plane_t, mut plane_u] = [V::default(); 3];
+            for j in 0..taps[1] {
+                let row = ((first[0] + i) * nv + first[1] + j) * nw + first[2];
+                let [mut line, mut line_u] = [V::default(); 2];
+                for (k, &point) in carried[row..row + taps[2]].iter().enumerate() {
+                    line += point * weights[2][k];
+                    line_u += point * slopes[2][k];
+                }
+                plane += line * weights[1][j];
+                plane_t += line * slopes[1][j];
+                plane_u += line_u * weights[1][j];
+            }
+            value += plane * weights[0][i];
+            by_s += plane * slopes[0][i];
+            by_t += plane_t * weights[0][i];
+            by_u += plane_u * weights[0][i];
+        }
+        [value, by_s, by_t, by_u]
+    }
+}
+
+/// Where the inner control points stand of a lattice shaped so; of Blender's bases, those that give it as a plain lattice.
+fn inner_points(lattice: &Lattice, control: &[DVec3]) -> Vec<DVec3> {
+    let map = lattice.map();
+    if lattice.axes().iter().all(|axis| axis.rows().is_none()) {
+        return control.to_vec();
+    }
+    let displacement: Vec<DVec3> = control.iter().zip(lattice.rest()).map(|(p, rest)| p - rest).collect();
+    let mut moved = map.displacement(&displacement).into_owned();
+    if let Some(weights) = map.inner_weights() {
+        moved.iter_mut().zip(weights).for_each(|(way, weight)| *way /= *weight);
+    }
+    moved.iter().zip(abscissae(lattice)).map(|(way, s)| lattice.point(s) + way).collect()
 }
 
 /// The affine map nearest to a shaped lattice, as its origin and edges: control points over their abscissae, by least squares.
@@ -337,12 +414,12 @@ fn nearest_affine(lattice: &Lattice, control: &[DVec3]) -> (DVec3, DMat3) {
     (middle - frame * centre, frame)
 }
 
-/// Parameters at which the control points stand at rest.
+/// Parameters at which the inner control points stand in a plain lattice at rest.
 fn abscissae(lattice: &Lattice) -> Vec<DVec3> {
     let at = |index: [usize; 3]| {
-        DVec3::from_array(std::array::from_fn(|axis| lattice.axes()[axis].greville(index[axis])))
+        DVec3::from_array(std::array::from_fn(|axis| lattice.axes()[axis].inner_greville(index[axis])))
     };
-    indices(lattice.shape()).map(at).collect()
+    indices(lattice.map().inner_shape()).map(at).collect()
 }
 
 /// By columns of length one, so that edges of very different lengths cost no digits.

@@ -11,6 +11,7 @@ use glam::{DMat3, DVec3};
 use crate::basis::AxisBasis;
 use crate::lattice::Lattice;
 use crate::pieces::{contracted, indices};
+use crate::quotient::{Quotient, Scaled};
 
 /// Half of float64's epsilon: the relative error of one rounding.
 const ROUNDING: f64 = f64::EPSILON / 2.0;
@@ -22,14 +23,14 @@ const DIFFERENCE_ROUNDINGS: f64 = 8.0;
 const DEGREE_ROUNDINGS: f64 = 16.0;
 
 /// One cell of one axis.
-struct AxisCell {
+pub(crate) struct AxisCell {
     first_point: usize,
     start: f64,
     end: f64,
     /// From control points to Bernstein coefficients; `None` where they are the same.
     value: Option<Vec<Vec<f64>>>,
     /// From differences of control points to Bernstein coefficients of the derivative, raised by one degree.
-    slope: Vec<Vec<f64>>,
+    pub(crate) slope: Vec<Vec<f64>>,
 }
 
 /// The changes of basis of a lattice, the same for every shape of it.
@@ -42,6 +43,8 @@ pub(crate) struct Cells {
 pub(crate) struct Derivatives {
     shape: [usize; 3],
     nets: [Vec<DVec3>; 3],
+    /// In the place of both, where the lattice is no plain spline.
+    quotient: Option<Quotient>,
 }
 
 /// Bernstein coefficients of `J` in a cell or a piece of one, the last axis fastest.
@@ -51,13 +54,15 @@ pub(crate) struct Tensor {
     pub(crate) coefficients: Vec<DMat3>,
 }
 
-/// `J` in a cell, with what its numbers may be wrong by.
+/// `J` in a cell, or a positive multiple of it, with what its numbers may be wrong by.
 pub(crate) struct Cell {
     pub(crate) tensor: Tensor,
     /// No coefficient's entry is larger.
     pub(crate) largest: DMat3,
     /// Error of every entry, as a fraction of the largest.
     pub(crate) rounding: f64,
+    /// Whether the multiple changes from place to place.
+    pub(crate) is_scaled: bool,
     start: DVec3,
     end: DVec3,
 }
@@ -68,7 +73,7 @@ impl Cells {
             axes: lattice
                 .axes()
                 .each_ref()
-                .map(|axis| (0..axis.cells()).map(|cell| AxisCell::new(axis, cell)).collect()),
+                .map(|axis| axis.domain_cells().map(|cell| AxisCell::new(axis, cell)).collect()),
             degrees: lattice.axes().each_ref().map(AxisBasis::degree),
         }
     }
@@ -86,35 +91,76 @@ impl Cells {
     /// `J` in one cell; `halvings`: how often it will be halved along each axis at most.
     pub(crate) fn cell(&self, of: &Derivatives, index: [usize; 3], halvings: u32) -> Cell {
         let axes: [&AxisCell; 3] = std::array::from_fn(|axis| &self.axes[axis][index[axis]]);
-        let taps = self.degrees.map(|degree| degree + 1);
-        let mut largest = DMat3::ZERO;
-        let columns: [Vec<DVec3>; 3] = std::array::from_fn(|along| {
-            let mut window = taps;
-            window[along] = axes[along].slope[0].len();
-            let mut values = of.window(along, axes.map(|axis| axis.first_point), window);
-            *largest.col_mut(along) = values.iter().fold(DVec3::ZERO, |most, value| most.max(value.abs()));
-            for axis in 0..3 {
-                let rows = if axis == along { Some(&axes[axis].slope) } else { axes[axis].value.as_ref() };
-                if let Some(rows) = rows {
-                    values = contracted(&values, window, axis, rows);
-                    window[axis] = rows.len();
-                }
+        let roundings = |degrees: [usize; 3]| {
+            DEGREE_ROUNDINGS * degrees.iter().map(|degree| (degree + 1) as f64).sum::<f64>()
+        };
+        let of_spline = DIFFERENCE_ROUNDINGS + roundings(self.degrees);
+        let scaled = match &of.quotient {
+            Some(quotient) => {
+                let mut scaled = quotient.cell(axes, self.degrees, of_spline);
+                scaled.roundings += roundings(scaled.taps.map(|taps| taps - 1));
+                scaled
             }
-            values
-        });
-        let [s, t, u] = &columns;
+            None => self.plain(of, axes, of_spline),
+        };
+        let halved = f64::from(halvings) * scaled.taps.iter().map(|taps| (taps - 1) as f64).sum::<f64>();
+        let [s, t, u] = &scaled.columns;
         let matrices = s.iter().zip(t).zip(u).map(|((&s, &t), &u)| DMat3::from_cols(s, t, u));
-        let per_degree =
-            |degree: usize| DEGREE_ROUNDINGS * (degree + 1) as f64 + degree as f64 * f64::from(halvings);
-        let roundings = DIFFERENCE_ROUNDINGS + self.degrees.into_iter().map(per_degree).sum::<f64>();
         Cell {
-            tensor: Tensor { taps, coefficients: matrices.collect() },
-            largest,
-            rounding: ROUNDING * roundings,
+            tensor: Tensor { taps: scaled.taps, coefficients: matrices.collect() },
+            largest: scaled.largest,
+            rounding: ROUNDING * (scaled.roundings + halved),
+            is_scaled: of.quotient.is_some(),
             start: DVec3::from_array(axes.map(|axis| axis.start)),
             end: DVec3::from_array(axes.map(|axis| axis.end)),
         }
     }
+
+    /// Of a plain spline.
+    fn plain(&self, of: &Derivatives, axes: [&AxisCell; 3], roundings: f64) -> Scaled {
+        let taps = self.degrees.map(|degree| degree + 1);
+        let mut largest = DMat3::ZERO;
+        let columns: [Vec<DVec3>; 3] = std::array::from_fn(|along| {
+            let (mut shape, mut reach) = (of.shape, taps);
+            shape[along] = (shape[along] - 1).max(1);
+            reach[along] = axes[along].slope[0].len();
+            let values = window(&of.nets[along], shape, axes, reach);
+            *largest.col_mut(along) = values.iter().fold(DVec3::ZERO, |most, value| most.max(value.abs()));
+            spread(values, axes, reach, Some(along))
+        });
+        Scaled { taps, columns, largest, roundings }
+    }
+}
+
+/// What acts in a cell, of a net of `shape`.
+pub(crate) fn window(
+    net: &[DVec3],
+    shape: [usize; 3],
+    axes: [&AxisCell; 3],
+    window: [usize; 3],
+) -> Vec<DVec3> {
+    let first = axes.map(|axis| axis.first_point);
+    let row = |i: usize, j: usize| ((first[0] + i) * shape[1] + first[1] + j) * shape[2] + first[2];
+    indices([window[0], window[1], 1])
+        .flat_map(|[i, j, _]| net[row(i, j)..row(i, j) + window[2]].iter().copied())
+        .collect()
+}
+
+/// What acts in a cell as Bernstein coefficients; of the differences along an axis, those of the derivative.
+pub(crate) fn spread(
+    mut values: Vec<DVec3>,
+    axes: [&AxisCell; 3],
+    mut window: [usize; 3],
+    along: Option<usize>,
+) -> Vec<DVec3> {
+    for axis in 0..3 {
+        let rows = if along == Some(axis) { Some(&axes[axis].slope) } else { axes[axis].value.as_ref() };
+        if let Some(rows) = rows {
+            values = contracted(&values, window, axis, rows);
+            window[axis] = rows.len();
+        }
+    }
+    values
 }
 
 impl AxisCell {
@@ -135,8 +181,12 @@ impl AxisCell {
 }
 
 impl Derivatives {
-    /// `control`: checked to fit the lattice.
-    pub(crate) fn new(lattice: &Lattice, control: &[DVec3]) -> Self {
+    /// `control`: checked to fit the lattice. `is_displaced`: the form in which bound vertices move, where weights are unequal.
+    pub(crate) fn new(lattice: &Lattice, control: &[DVec3], is_displaced: bool) -> Self {
+        if !lattice.map().is_identity() {
+            let quotient = Some(Quotient::new(lattice, control, is_displaced));
+            return Self { shape: lattice.map().inner_shape(), nets: Default::default(), quotient };
+        }
         let mut nets: [Vec<DVec3>; 3] =
             std::array::from_fn(|axis| differences(lattice, control, axis).collect());
         // A power of two for each coordinate changes no digit, and keeps products of three away from the ends of float64.
@@ -144,18 +194,7 @@ impl Derivatives {
         let scale = largest.to_array().map(|size| (-size.log2().floor()).exp2());
         let scale = DVec3::from_array(scale.map(|s| if s.is_normal() { s } else { 1.0 }));
         nets.iter_mut().flatten().for_each(|value| *value *= scale);
-        Self { shape: lattice.shape(), nets }
-    }
-
-    /// The coefficients along one axis that act in a cell.
-    fn window(&self, along: usize, first: [usize; 3], window: [usize; 3]) -> Vec<DVec3> {
-        let mut shape = self.shape;
-        shape[along] = (shape[along] - 1).max(1);
-        let row = |i: usize, j: usize| ((first[0] + i) * shape[1] + first[1] + j) * shape[2] + first[2];
-        let net = &self.nets[along];
-        indices([window[0], window[1], 1])
-            .flat_map(|[i, j, _]| net[row(i, j)..row(i, j) + window[2]].iter().copied())
-            .collect()
+        Self { shape: lattice.shape(), nets, quotient: None }
     }
 }
 
@@ -172,11 +211,7 @@ fn differences(lattice: &Lattice, control: &[DVec3], along: usize) -> impl Itera
             return edge;
         }
         let at = (index[0] * shape[1] + index[1]) * shape[2] + index[2];
-        let i = index[along];
-        let length = basis.knots()[i + degree + 1] - basis.knots()[i + 1];
-        // No cell uses a coefficient whose knots are all one.
-        let rate = if length > 0.0 { degree as f64 / length } else { 0.0 };
-        (control[at + stride] - control[at]) * rate
+        (control[at + stride] - control[at]) * basis.slope_rate(index[along])
     })
 }
 

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! The lattice: an affine frame of space with a tensor-product spline basis over it.
 
+use std::ops::{Add, Mul};
+use std::sync::Arc;
+
 use glam::{DMat3, DVec3};
 
 use crate::basis::AxisBasis;
+use crate::control_map::ControlMap;
 use crate::error::{Error, Result};
 use crate::inversion::{Inversion, Preimage};
+use crate::net::Net;
 use crate::words::{bracketed, number};
 
 /// Parameters this close to a face of the domain count as on it, for float64 points: rounding puts a fitted box's own
@@ -24,6 +29,10 @@ const LARGEST_EDGE: f64 = 1e100;
 /// would lose more than twelve of float64's sixteen digits.
 const FLAT_FRAME: f64 = 1e-12;
 
+/// The heaviest control point of a rational lattice may weigh so many times the lightest: float32 keeps seven digits, and the
+/// functions are all but steps by then.
+const LARGEST_RATIO: f64 = 1e6;
+
 /// A free-form deformation lattice (Sederberg & Parry; Hoff): a domain, the image of `[0, 1]^3` under an affine map, and one
 /// basis per axis. Control points are `[i, j, k]` along `s, t, u`, stored with `k` fastest.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +41,9 @@ pub struct Lattice {
     origin: DVec3,
     edges: DMat3,
     inverse: DMat3,
+    /// Of a rational lattice, as given.
+    weights: Option<Arc<[f64]>>,
+    map: Arc<ControlMap>,
 }
 
 impl Lattice {
@@ -73,7 +85,74 @@ impl Lattice {
             edges.y_axis.length().recip(),
             edges.z_axis.length().recip(),
         ));
-        Ok(Self { axes, origin, edges, inverse: lengths * unit.inverse() })
+        let map = Arc::new(ControlMap::new(&axes, None));
+        Ok(Self { axes, origin, edges, inverse: lengths * unit.inverse(), weights: None, map })
+    }
+
+    /// The same lattice with a weight for each control point, `k` fastest: the map is rational (Sederberg 14.1), with functions
+    /// `w B / sum w B`. Only ratios count; equal weights change nothing, to the bit.
+    ///
+    /// # Errors
+    /// [`Error::Lattice`] for another number of weights, for weights that are not positive and finite or more than a million times
+    /// apart, and for unequal ones where basis functions are negative, as Blender's cardinal ones: their sum might vanish.
+    pub fn with_weights(mut self, weights: Vec<f64>) -> Result<Self> {
+        self.check_weights(&weights)?;
+        self.map = Arc::new(ControlMap::new(&self.axes, Some(&weights)));
+        self.weights = Some(weights.into());
+        Ok(self)
+    }
+
+    fn check_weights(&self, weights: &[f64]) -> Result<()> {
+        if weights.len() != self.len() {
+            return Err(Error::Lattice(format!(
+                "weights: found {} values, expected {} for a lattice of shape {:?}",
+                weights.len(),
+                self.len(),
+                self.shape()
+            )));
+        }
+        if let Some(i) = weights.iter().position(|w| !(w.is_finite() && *w > 0.0)) {
+            return Err(Error::Lattice(format!(
+                "weights: found {} at control point {i}, expected positive, finite numbers",
+                number(weights[i])
+            )));
+        }
+        let (low, high) =
+            weights.iter().fold((f64::INFINITY, 0.0f64), |(low, high), &w| (low.min(w), high.max(w)));
+        if high / low > LARGEST_RATIO {
+            return Err(Error::Lattice(format!(
+                "weights: found {} and {}, expected the heaviest to weigh at most {} times the lightest",
+                number(low),
+                number(high),
+                number(LARGEST_RATIO)
+            )));
+        }
+        if high > low && self.axes.iter().any(AxisBasis::has_negative_functions) {
+            return Err(Error::Lattice(
+                "weights: cardinal and Catmull-Rom axes have negative functions, whose weighted sum may vanish; use interpolation \"bspline\" or \"linear\", or equal weights".into(),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Weights of the control points as given, `k` fastest; `None` for a lattice that is not rational.
+    pub fn weights(&self) -> Option<&[f64]> {
+        self.weights.as_deref()
+    }
+
+    /// From the lattice's control points to the inner ones that the passes over a mesh know.
+    pub fn map(&self) -> &ControlMap {
+        &self.map
+    }
+
+    pub(crate) fn shared_map(&self) -> &Arc<ControlMap> {
+        &self.map
+    }
+
+    /// Whether the lattice's map is a quotient of two splines: weights are unequal. Where functions are Blender's, the lattice at rest
+    /// is no identity but in the displaced form, which is theirs with weights too.
+    pub(crate) fn is_rational_map(&self) -> bool {
+        self.map.weights().is_some() && self.axes.iter().all(|axis| axis.rows().is_none())
     }
 
     /// A lattice over the axis-aligned box of `points`, widened by `margin` times its size on every side. An axis along
@@ -166,21 +245,26 @@ impl Lattice {
         self.inverse * (point - self.origin)
     }
 
-    /// `rest + displacement` at parameters: `point(p) + sum B(clamp p) (control - rest)`, in float64. Inside the domain this
-    /// is the paper's equation (1); beyond it, points follow the nearest point of the domain. The same displacement form
-    /// keeps an axis with a single control point at its full thickness.
+    /// The lattice's map at parameters, in float64: `point(p) + sum B(p) (control - rest)`. Inside the domain this is the paper's
+    /// equation (1); beyond it, points follow the nearest point of the domain. The same displacement form keeps an axis with a
+    /// single control point at its full thickness.
+    ///
+    /// With unequal weights it is the rational map itself, `sum w B control / sum w B` (Sederberg 14.1), which does not leave the
+    /// lattice at rest in its place, but where control points lie on a conic gives it exactly. An axis with a single control point keeps its
+    /// thickness: what the control points give is its middle. A mesh bound to the lattice at rest moves by the differences
+    /// `sum w B (control - rest) / sum w B` (the displaced form), and so do evaluated points of Blender's bases, with weights too.
     ///
     /// # Errors
     /// [`Error::Lattice`] for a control array of another length or with a non-finite entry, or non-finite parameters.
     pub fn evaluate(&self, parameters: &[DVec3], control: &[DVec3]) -> Result<Vec<DVec3>> {
         use rayon::prelude::*;
-        let displacement = self.displacement(control)?;
+        let net = Net::of(self, control)?;
         if let Some(i) = parameters.iter().position(|p| !p.is_finite()) {
             return Err(Error::Lattice(format!(
                 "parameters: found NaN or infinity at index {i}, expected finite numbers"
             )));
         }
-        Ok(parameters.par_iter().map(|&p| self.point(p) + self.interpolate(&displacement, p)).collect())
+        Ok(parameters.par_iter().map(|&p| net.at(p)).collect())
     }
 
     /// The way back of [`Lattice::evaluate`]: parameters at which the lattice shaped by `control` takes these points.
@@ -234,24 +318,30 @@ impl Lattice {
         Ok(())
     }
 
-    fn interpolate(&self, values: &[DVec3], parameter: DVec3) -> DVec3 {
-        let [_, nv, nw] = self.shape();
-        let [(i0, wu), (j0, wv), (k0, ww)] = self.axis_taps(parameter);
-        let mut sum = DVec3::ZERO;
+    /// `sum B values` at parameters, over inner control points.
+    pub(crate) fn interpolated<V>(&self, values: &[V], parameter: DVec3) -> V
+    where
+        V: Copy + Default + Add<Output = V> + Mul<f64, Output = V>,
+    {
+        let [_, nv, nw] = self.map.inner_shape();
+        let [(i0, wu), (j0, wv), (k0, ww)] = self.inner_axis_taps(parameter);
+        let mut sum = V::default();
         for (i, &a) in wu.iter().enumerate() {
             for (j, &b) in wv.iter().enumerate() {
                 let row = ((i0 + i) * nv + j0 + j) * nw + k0;
-                let inner = values[row..].iter().zip(&ww).fold(DVec3::ZERO, |acc, (&p, &c)| acc + p * c);
-                sum += inner * (a * b);
+                let inner = values[row..].iter().zip(&ww).fold(V::default(), |acc, (&p, &c)| acc + p * c);
+                sum = sum + inner * (a * b);
             }
         }
         sum
     }
 
-    /// The control points that act at parameters, clamped to the domain, each with its basis function's value.
+    /// The control points that act at parameters, clamped to what the basis reaches, each with its function's value, `w B / sum w B`
+    /// where weights are unequal. Where the first point is the same, all are.
     pub(crate) fn taps(&self, parameter: DVec3) -> impl Iterator<Item = (usize, f64)> {
         let [_, nv, nw] = self.shape();
-        let [(i0, wu), (j0, wv), (k0, ww)] = self.axis_taps(parameter);
+        let [(i0, wu), (j0, wv), (k0, ww)]: [(usize, Vec<f64>); 3] =
+            std::array::from_fn(|axis| self.axes[axis].taps(parameter[axis]));
         let mut taps = Vec::with_capacity(wu.len() * wv.len() * ww.len());
         for (i, a) in wu.iter().enumerate() {
             for (j, b) in wv.iter().enumerate() {
@@ -259,19 +349,22 @@ impl Lattice {
                 taps.extend(ww.iter().enumerate().map(|(k, c)| (row + k, a * b * c)));
             }
         }
+        if let Some(weights) = self.map.weights() {
+            taps.iter_mut().for_each(|(point, share)| *share *= weights[*point]);
+            let sum: f64 = taps.iter().map(|(_, share)| share).sum();
+            taps.iter_mut().for_each(|(_, share)| *share /= sum);
+        }
         taps.into_iter()
     }
 
-    /// Of every axis the first control point that acts at clamped parameters, and the basis functions' values from there on.
-    pub(crate) fn axis_taps(&self, parameter: DVec3) -> [(usize, Vec<f64>); 3] {
-        let clamped = parameter.clamp(DVec3::ZERO, DVec3::ONE).to_array();
-        std::array::from_fn(|axis| {
-            let basis = &self.axes[axis];
-            let cell = basis.cell(clamped[axis]);
-            let mut weights = vec![0.0; basis.degree() + 1];
-            basis.span(cell).evaluate(clamped[axis], &mut weights);
-            (basis.first_point(cell), weights)
-        })
+    /// Of every axis the first inner control point that acts at clamped parameters, and the spline's values from there on.
+    pub(crate) fn inner_axis_taps(&self, parameter: DVec3) -> [(usize, Vec<f64>); 3] {
+        std::array::from_fn(|axis| self.axes[axis].inner_taps(parameter[axis]))
+    }
+
+    /// The denominator of a rational lattice's functions, `sum w B`; 1 where weights are equal.
+    pub(crate) fn denominator(&self, parameter: DVec3) -> f64 {
+        self.map.inner_weights().map_or(1.0, |weights| self.interpolated(weights, parameter))
     }
 }
 

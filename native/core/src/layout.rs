@@ -28,9 +28,10 @@ pub struct Layout<'a, T> {
 pub struct Place {
     /// Number of the vertex, in the order bound.
     pub vertex: usize,
-    /// Parameters (s, t, u) in the lattice's domain, in [0, 1].
+    /// Parameters (s, t, u) in the lattice's domain, in [0, 1], or as far beyond as the basis reaches.
     pub parameter: [f64; 3],
-    /// How much of the deformation the vertex takes, in [0, 1]; 0 where it is kept outside.
+    /// How much of the deformation by inner control points the vertex takes; 0 where it is kept outside. Where weights are unequal it
+    /// may exceed 1.
     pub influence: f64,
 }
 
@@ -70,6 +71,11 @@ impl<T: Scalar> Binding<T> {
 }
 
 impl<'a, T: Scalar> Layout<'a, T> {
+    /// Number of inner control points along each axis: those that act in the cells ([`crate::ControlMap`]).
+    pub fn shape(&self) -> [usize; 3] {
+        self.binding.lattice().map().inner_shape()
+    }
+
     /// Number of slots, a multiple of [`BLOCK`].
     pub fn slots(&self) -> usize {
         self.embedding.node.len()
@@ -86,7 +92,7 @@ impl<'a, T: Scalar> Layout<'a, T> {
         (node != EMPTY).then(|| {
             let vertex = self.embedding.vertex(node);
             let located = self.binding.located(vertex);
-            Place { vertex, parameter: located.parameter, influence: located.influence }
+            Place { vertex, parameter: located.parameter, influence: located.inner_influence }
         })
     }
 
@@ -108,7 +114,7 @@ impl<'a> Run<'a> {
         (self.task.body != NO_BODY).then_some(self.task.body as usize)
     }
 
-    /// The cell's control point with the smallest indices; `degree + 1` act from there along each axis.
+    /// The cell's inner control point with the smallest indices; `degree + 1` act from there along each axis.
     pub fn first_point(self) -> [usize; 3] {
         self.task.first_point
     }

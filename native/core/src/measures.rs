@@ -75,7 +75,8 @@ impl<T: Scalar> Binding<T> {
         let surface = self.surface()?;
         let displacement = self.displacement(control)?;
         with_engine!(self, engine => {
-            let state = engine.deformed(&self.embedding().tasks, &displacement, None);
+            let inner = self.lattice().map().displacement(&displacement);
+            let state = engine.deformed(&self.embedding().tasks, &inner, None);
             let columns = numbers(&state);
             let slots = self.embedding().slot_of_vertex();
             let at = |v: usize| DVec3::from_array(columns.map(|column| column[slots[v] as usize].to_f64()));

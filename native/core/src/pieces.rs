@@ -32,17 +32,28 @@ struct Piece {
 }
 
 impl Pieces {
-    /// Pieces of the lattice `s + sum B(s) bend`.
-    pub(crate) fn new(lattice: &Lattice, bend: &[DVec3]) -> Self {
+    /// Pieces of the lattice `base(s) + sum B(s) bend`, or, with weights, of `base(s) + sum B(s) bend / sum B(s) weights`, over inner
+    /// control points.
+    pub(crate) fn new(
+        lattice: &Lattice,
+        bend: &[DVec3],
+        weights: Option<&[f64]>,
+        base: impl Fn(DVec3) -> DVec3,
+    ) -> Self {
         let count = lattice.axes().each_ref().map(|axis| match axis.count() {
             1 => 1,
             points => (PIECES_PER_POINT * (points - 1)).clamp(LEAST_PIECES, MOST_PIECES),
         });
-        let samples = samples(lattice, bend, count);
+        let mut samples = samples(lattice, bend, count);
+        if let Some(weights) = weights {
+            let weights: Vec<DVec3> = weights.iter().map(|&weight| DVec3::splat(weight)).collect();
+            let wholes = self::samples(lattice, &weights, count);
+            samples.iter_mut().zip(wholes).for_each(|(sample, whole)| *sample /= whole);
+        }
         let [_, nt, nu] = count.map(|n| 2 * n + 1);
         let parameter =
             |at: [usize; 3]| DVec3::from_array(std::array::from_fn(|a| at[a] as f64 / (2 * count[a]) as f64));
-        let sample = |at: [usize; 3]| parameter(at) + samples[(at[0] * nt + at[1]) * nu + at[2]];
+        let sample = |at: [usize; 3]| base(parameter(at)) + samples[(at[0] * nt + at[1]) * nu + at[2]];
         let piece = |index: [usize; 3]| {
             let middle = index.map(|i| 2 * i + 1);
             let corners = (0..8).map(|c| sample(std::array::from_fn(|a| 2 * index[a] + 2 * (c >> a & 1))));
@@ -109,7 +120,7 @@ impl Pieces {
 
 /// `sum B bend` at all corners and middles of the pieces: `2 count + 1` values along each axis, u fastest.
 fn samples(lattice: &Lattice, bend: &[DVec3], count: [usize; 3]) -> Vec<DVec3> {
-    let mut shape = lattice.shape();
+    let mut shape = lattice.map().inner_shape();
     let mut values = bend.to_vec();
     for axis in 0..3 {
         let rows = sampled_basis(&lattice.axes()[axis], 2 * count[axis] + 1);
@@ -131,7 +142,7 @@ fn sampled_basis(basis: &AxisBasis, count: usize) -> Vec<Vec<f64>> {
         .map(|i| {
             let t = i as f64 / (count - 1) as f64;
             let cell = basis.cell(t);
-            let (first, mut row) = (basis.first_point(cell), vec![0.0; basis.count()]);
+            let (first, mut row) = (basis.first_point(cell), vec![0.0; basis.inner_count()]);
             basis.span(cell).evaluate(t, &mut row[first..=first + basis.degree()]);
             row
         })

@@ -59,7 +59,12 @@ impl<T: Scalar> Binding<T> {
             self.influence().map(|all| mean(&|v| DVec3::splat(all[v])).iter().map(|s| s.x).collect());
         let vertices = mean(&|v| self.position(v)).iter().map(|p| p.to_array().map(T::from_f64)).collect();
         let surface = ClosedSurface::of_cycle(count, &triangles);
-        let options = Bind { influence, outside: self.outside(), rest: Some(self.rest()), ..Bind::default() };
+        let options = Bind {
+            influence,
+            outside: self.outside(),
+            rest: self.shaped_rest().map(<[DVec3]>::to_vec),
+            ..Bind::default()
+        };
         let proxy = Self::with(self.lattice().clone(), vertices, triangles, options).ok()?;
         proxy.surface.set(Ok(surface)).ok()?;
         let close = (proxy.reference().ok()?.volume / reference.volume - 1.0).abs() < CLOSE;
@@ -104,7 +109,7 @@ impl<T: Scalar> Binding<T> {
         let mut coarse = plan.clone();
         coarse.wanted.iter_mut().for_each(|volume| *volume *= scale);
         let found = with_engine!(proxy, engine => {
-            let mut passes = OnEngine::new(proxy, engine, &plan.frame, plan.middle, &plan.displacement);
+            let mut passes = OnEngine::new(proxy, engine, plan);
             let found = coarse.carry_out(&mut passes);
             engine.recycle(passes.state);
             found

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Weights that keep a correction local (Remark 2 of the volume paper): near chosen points, or where the volume went.
 
+use std::ops::{Add, Mul};
+
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::basis::AxisBasis;
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
+use crate::net::Net;
 use crate::pieces::indices;
 use crate::words::number;
 
@@ -67,7 +70,8 @@ impl Lattice {
     /// The determinant of the map's derivative says by how much volume changes at a place. A control point `i` answers for its
     /// support, so the change is averaged with its basis function: `e_i = |sum B_i (det J - det J_rest)| / sum B_i |det J_rest|`, sums over
     /// `degree + 1` evenly spaced parameters in each cell along each axis. Its weight is `1 / (floor + (1 - floor) e_i / max e)`:
-    /// 1 where most was lost or gained, `1 / floor` where nothing was. Without any change all weights are 1.
+    /// 1 where most was lost or gained, `1 / floor` where nothing was. Without any change all weights are 1. With weights `w` the functions
+    /// are `w B / sum w B`.
     ///
     /// `rest`: the shape that volume is measured from; `None` for the lattice at rest. `floor`: in (0, 1]; 0.01 leaves a hundredth
     /// of the mobility to what did not change, and 1 makes all equal.
@@ -82,14 +86,14 @@ impl Lattice {
             )));
         }
         let displacement = self.displacement(control)?;
-        let at_rest = match rest {
+        let shapes = match rest {
             Some(rest) => {
                 self.check_control("rest", rest)?;
-                self.displacement(rest)?
+                [Net::of(self, control)?, Net::of(self, rest)?]
             }
-            None => vec![DVec3::ZERO; self.len()],
+            None => [displacement, vec![DVec3::ZERO; self.len()]].map(|moved| Net::displaced(self, &moved)),
         };
-        let changes = Changes::new(self, &displacement, &at_rest).of_points();
+        let changes = Changes::new(self, &shapes).of_points();
         let largest = changes.iter().copied().fold(0.0, f64::max);
         if !(largest > UNCHANGED && largest.is_finite()) {
             return Ok(vec![1.0; self.len()]);
@@ -110,46 +114,53 @@ struct Samples {
 /// Two shapes of a lattice, compared.
 struct Changes<'a> {
     lattice: &'a Lattice,
-    shapes: [&'a [DVec3]; 2],
+    shapes: &'a [Net<'a>; 2],
     samples: [Vec<Samples>; 3],
 }
 
 impl<'a> Changes<'a> {
-    fn new(lattice: &'a Lattice, control: &'a [DVec3], rest: &'a [DVec3]) -> Self {
-        Self { lattice, shapes: [control, rest], samples: lattice.axes().each_ref().map(samples) }
+    fn new(lattice: &'a Lattice, shapes: &'a [Net<'a>; 2]) -> Self {
+        Self { lattice, shapes, samples: lattice.axes().each_ref().map(samples) }
     }
 
     /// `e_i` of each control point, `k` fastest.
     fn of_points(&self) -> Vec<f64> {
-        let [_, nv, nw] = self.lattice.shape();
+        let map = self.lattice.map();
+        let [_, nv, nw] = map.inner_shape();
         // A layer of samples at a time; layers are added in order, so the sums are the same on any number of threads.
-        let layers: Vec<Vec<[f64; 2]>> = self.samples[0].par_iter().map(|s| self.of_layer(s)).collect();
-        let mut sums = vec![[0.0; 2]; self.lattice.len()];
+        let layers: Vec<[Vec<f64>; 2]> = self.samples[0].par_iter().map(|s| self.of_layer(s)).collect();
+        let mut sums = [(); 2].map(|()| vec![0.0; map.inner_len()]);
         for (s, layer) in self.samples[0].iter().zip(layers) {
             for (i, weight) in s.weights.iter().enumerate() {
                 let start = (s.first_point + i) * nv * nw;
-                for (sum, part) in sums[start..].iter_mut().zip(&layer) {
-                    (0..2).for_each(|n| sum[n] += s.length * weight * part[n]);
+                for (sums, layer) in sums.iter_mut().zip(&layer) {
+                    let to = sums[start..].iter_mut().zip(layer);
+                    to.for_each(|(sum, part)| *sum += s.length * weight * part);
                 }
             }
         }
-        sums.into_iter().map(|[change, whole]| if whole > 0.0 { change.abs() / whole } else { 0.0 }).collect()
+        let [change, whole] = sums.map(|sums| map.row(sums));
+        let share = |(change, whole): (f64, f64)| if whole > 0.0 { change.abs() / whole } else { 0.0 };
+        change.into_iter().zip(whole).map(share).collect()
     }
 
-    /// Sums over one layer of samples, for each control point of a layer: of the change, and of what it is a change of.
-    fn of_layer(&self, s: &Samples) -> Vec<[f64; 2]> {
-        let [_, nv, nw] = self.lattice.shape();
-        let mut sums = vec![[0.0; 2]; nv * nw];
+    /// Sums over one layer of samples, for each inner control point of a layer: of the change, and of what it is a change of.
+    fn of_layer(&self, s: &Samples) -> [Vec<f64>; 2] {
+        let [_, nv, nw] = self.lattice.map().inner_shape();
+        let mut sums = [(); 2].map(|()| vec![0.0; nv * nw]);
         for t in &self.samples[1] {
             for u in &self.samples[2] {
+                let at = [s, t, u];
                 let area = t.length * u.length;
                 let [now, before] =
-                    self.shapes.map(|shape| area * self.jacobian(shape, [s, t, u]).determinant());
+                    self.shapes.each_ref().map(|shape| area * self.jacobian(shape, at).determinant());
+                let denominator = self.shapes[0].weights.map_or(1.0, |weights| self.sums(weights, at).0);
+                let parts = [(now - before) / denominator, before.abs() / denominator];
                 for (j, b) in t.weights.iter().enumerate() {
                     let row = (t.first_point + j) * nw + u.first_point;
-                    for (sum, c) in sums[row..].iter_mut().zip(&u.weights) {
-                        sum[0] += b * c * (now - before);
-                        sum[1] += b * c * before.abs();
+                    for (sums, part) in sums.iter_mut().zip(parts) {
+                        let to = sums[row..].iter_mut().zip(&u.weights);
+                        to.for_each(|(sum, c)| *sum += b * c * part);
                     }
                 }
             }
@@ -157,23 +168,40 @@ impl<'a> Changes<'a> {
         sums
     }
 
-    /// The derivative of the map, in parameters, where the control points are displaced so.
-    fn jacobian(&self, displacement: &[DVec3], [s, t, u]: [&Samples; 3]) -> DMat3 {
-        let [_, nv, nw] = self.lattice.shape();
+    /// The derivative of the map, in parameters.
+    fn jacobian(&self, shape: &Net<'_>, at: [&Samples; 3]) -> DMat3 {
+        let (value, slopes) = self.sums(&shape.values, at);
+        let columns = match shape.weights {
+            None => slopes,
+            Some(weights) => {
+                let (whole, by) = self.sums(weights, at);
+                std::array::from_fn(|axis| (slopes[axis] - value / whole * by[axis]) / whole)
+            }
+        };
+        shape.base_slope() + DMat3::from_cols(columns[0], columns[1], columns[2])
+    }
+
+    /// What inner control points carry, summed with the functions of a sample, and with their slopes along each axis.
+    fn sums<V>(&self, carried: &[V], [s, t, u]: [&Samples; 3]) -> (V, [V; 3])
+    where
+        V: Copy + Default + Add<Output = V> + Mul<f64, Output = V>,
+    {
+        let [_, nv, nw] = self.lattice.map().inner_shape();
         let taps = [s, t, u].map(|axis| axis.weights.len());
-        let mut columns = [DVec3::ZERO; 3];
+        let (mut sum, mut columns) = (V::default(), [V::default(); 3]);
         for [i, j, _] in indices([taps[0], taps[1], 1]) {
             let row = ((s.first_point + i) * nv + t.first_point + j) * nw + u.first_point;
-            let (mut value, mut slope) = (DVec3::ZERO, DVec3::ZERO);
-            for (k, &d) in displacement[row..row + taps[2]].iter().enumerate() {
-                value += u.weights[k] * d;
-                slope += u.slopes[k] * d;
+            let (mut value, mut slope) = (V::default(), V::default());
+            for (k, &d) in carried[row..row + taps[2]].iter().enumerate() {
+                value = value + d * u.weights[k];
+                slope = slope + d * u.slopes[k];
             }
-            columns[0] += s.slopes[i] * t.weights[j] * value;
-            columns[1] += s.weights[i] * t.slopes[j] * value;
-            columns[2] += s.weights[i] * t.weights[j] * slope;
+            sum = sum + value * (s.weights[i] * t.weights[j]);
+            columns[0] = columns[0] + value * (s.slopes[i] * t.weights[j]);
+            columns[1] = columns[1] + value * (s.weights[i] * t.slopes[j]);
+            columns[2] = columns[2] + slope * (s.weights[i] * t.weights[j]);
         }
-        self.lattice.edges() + DMat3::from_cols(columns[0], columns[1], columns[2])
+        (sum, columns)
     }
 }
 
@@ -190,5 +218,5 @@ fn samples(axis: &AxisBasis) -> Vec<Samples> {
             Samples { first_point, weights, slopes, length: (end - start) / count as f64 }
         })
     };
-    (0..axis.cells()).flat_map(of_cell).collect()
+    axis.domain_cells().flat_map(of_cell).collect()
 }

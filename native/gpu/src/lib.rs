@@ -38,7 +38,7 @@
 //!
 //! # What goes pass by pass
 //!
-//! Pins, several bodies, and the methods that search are the core's own ([`isochor_core::Plan::carry_out`]) over passes on the device
+//! Pins, several bodies, rational lattices, Blender's bases, and the methods that search are the core's own ([`isochor_core::Plan::carry_out`]) over passes on the device
 //! (`passes.rs`): some submissions a frame instead of one, and the same guarantees by the same closing step.
 //!
 //! # What a frame costs

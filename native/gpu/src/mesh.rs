@@ -112,7 +112,8 @@ impl Mesh {
         out: &mut [[T; 3]],
     ) -> std::result::Result<Option<f64>, Failure> {
         let displacement = binding.displacement(control)?;
-        let controls: Vec<[f32; 4]> = displacement.iter().map(|d| self.control(*d, 0.0)).collect();
+        let inner = binding.lattice().map().displacement(&displacement);
+        let controls: Vec<[f32; 4]> = inner.iter().map(|d| self.control(*d, 0.0)).collect();
         let frame = Frame {
             to_frame: columns(DMat3::IDENTITY),
             from_frame: columns(DMat3::IDENTITY),
@@ -145,6 +146,10 @@ impl Mesh {
         }
         if options.amount == 0.0 {
             return self.uncorrected(binding, control, options, out);
+        }
+        if !binding.lattice().map().is_identity() {
+            // The step that one submission solves for is of inner control points, which do not move on their own.
+            return self.pass_by_pass(binding, options, &plan, out);
         }
         let (frame, controls) = self.inputs_of(binding, control, options, &plan);
         let turns = frame.turns.iter().position(|turn| turn.last == 1).map_or(0, |last| last + 1);
@@ -468,6 +473,6 @@ fn columns(map: DMat3) -> [[f32; 4]; 3] {
 }
 
 fn shape<T: Scalar>(binding: &Binding<T>) -> [u32; 4] {
-    let [u, v, w] = binding.lattice().shape();
+    let [u, v, w] = binding.layout().shape();
     [u as u32, v as u32, w as u32, 0]
 }

@@ -20,7 +20,7 @@ const SLOTS_PER_TAP: usize = 4;
 pub struct Packed<'a> {
     /// Degree + 1 along each axis.
     pub taps: [usize; 3],
-    /// Control points along each axis.
+    /// Inner control points along each axis.
     pub shape: [usize; 3],
     /// Middle of the lattice's domain.
     pub centre: DVec3,
@@ -64,7 +64,7 @@ impl<'a> Packed<'a> {
         let size =
             [edges.x_axis, edges.y_axis, edges.z_axis].map(DVec3::length).into_iter().fold(0.0, f64::max);
         let (centre, unit) = (lattice.centre(), size.log2().ceil().exp2());
-        let mut cells = Cells::new(taps, lattice.shape());
+        let mut cells = Cells::new(taps, layout.shape());
         let slots = layout.slots();
         let (mut places, mut rest) = (vec![[0.0; 4]; slots], vec![0.0; 3 * slots]);
         for run in layout.runs() {
@@ -91,10 +91,10 @@ impl<'a> Packed<'a> {
         };
         let (tiles, runs) = cells.split(layout.slots());
         let (runs, body_of_run): (Vec<Tile>, Vec<Option<usize>>) = runs.into_iter().unzip();
-        let (starts, entries) = entries_of_points(&runs, taps, lattice.shape());
+        let (starts, entries) = entries_of_points(&runs, taps, layout.shape());
         Self {
             taps,
-            shape: lattice.shape(),
+            shape: layout.shape(),
             centre,
             unit,
             size,
@@ -112,7 +112,7 @@ impl<'a> Packed<'a> {
         }
     }
 
-    /// Number of control points.
+    /// Number of inner control points.
     pub fn points(&self) -> usize {
         self.shape.iter().product()
     }

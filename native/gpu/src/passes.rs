@@ -29,7 +29,7 @@ pub(crate) struct OnDevice<'a, T> {
     plan: &'a Plan,
     /// Of the correction, but that turn `axis` is the axis itself.
     frame: Frame,
-    /// `control - rest` as it stands; kept for caps only.
+    /// Of the inner control points as they stand; kept for caps only.
     displacement: Vec<DVec3>,
 }
 
@@ -40,7 +40,7 @@ impl<'a, T: Scalar> OnDevice<'a, T> {
             turn.axis = axis as u32;
         }
         let mut passes = Self { mesh, plan, frame, displacement: Vec::new() };
-        passes.deform(&plan.displacement)?;
+        passes.deform(&plan.inner_displacement())?;
         Ok(passes)
     }
 

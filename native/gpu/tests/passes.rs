@@ -11,7 +11,7 @@ use isochor_core::{
     Bind, Binding, Bodies, DVec3, Lattice, Method, Outside, PinPoint, Pins, Preserve, Scalar,
 };
 use isochor_gpu::{Mesh, TOLERANCE, Work};
-use shared::{bases, bumpy_ball, noise, slanted};
+use shared::{bases, bumpy_ball, mapped, noise, slanted};
 
 fn pushed(lattice: &Lattice, seed: u64) -> Vec<DVec3> {
     let mut random = noise(seed);
@@ -109,6 +109,54 @@ fn every_island_keeps_its_volume_on_the_device() {
             }
         }
     }
+}
+
+/// Vertices as deformed, and as corrected by every method with and without pins, of lattices whose control points are not those that the
+/// device knows.
+fn check_mapped<T: Scalar>(vertices: &[[T; 3]], tolerance: f64) {
+    let Some(device) = device::device() else { return };
+    let mesh = bumpy_ball(3);
+    for (number, (name, lattice)) in mapped().into_iter().enumerate() {
+        let binding =
+            Binding::new(lattice.clone(), vertices.to_vec(), mesh.triangles.clone(), None, Outside::Extend)
+                .unwrap();
+        let on_device = Mesh::new(device.clone(), &binding).unwrap();
+        let control = pushed(&lattice, number as u64 + 1);
+        let (mut out, mut cpu) = (vertices.to_vec(), vertices.to_vec());
+        on_device.deform(&binding, &control, &mut out).unwrap();
+        binding.deform(&control, &mut cpu).unwrap();
+        let at = |p: &[T; 3]| DVec3::from_array(p.map(T::to_f64));
+        let apart = out.iter().zip(&cpu).map(|(a, b)| (at(a) - at(b)).length()).fold(0.0, f64::max);
+        assert!(apart < 2e-5, "{name}: {apart:e}");
+        let pins = two_pins(&binding, &control);
+        for method in [Method::Sweep, Method::Balanced, Method::Gradient, Method::Nearest] {
+            for pins in [Pins::default(), pins.clone()] {
+                let label = format!("{name} {method:?} {} pins", pins.points.len());
+                let options = Preserve { method, pins: pins.clone(), ..Preserve::default() };
+                let outcome = on_device.preserve(&binding, &control, &options, &mut out).unwrap();
+                assert_ne!(outcome.work, Work::Cpu, "{label}");
+                let reference = binding.preserve(&control, &options, &mut cpu).unwrap();
+                let target = outcome.preserved.target();
+                let error = (binding.measure(&out).unwrap().volume / target - 1.0).abs();
+                assert!(error <= tolerance, "{label}: volume off by {error:e}");
+                let miss = binding.largest_miss(&pins, &out).unwrap();
+                assert!(miss <= tolerance, "{label}: pins miss by {miss:e}");
+                let way = outcome.preserved.distance / reference.distance;
+                assert!((way - 1.0).abs() < 5e-3, "{label}: {way} times as far as on the CPU");
+            }
+        }
+    }
+}
+
+#[test]
+fn rational_and_blender_lattices_with_float32_vertices() {
+    let single: Vec<[f32; 3]> = bumpy_ball(3).vertices.iter().map(|p| p.map(|c| c as f32)).collect();
+    check_mapped(&single, TOLERANCE);
+}
+
+#[test]
+fn rational_and_blender_lattices_with_float64_vertices() {
+    check_mapped(&bumpy_ball(3).vertices, 1e-12);
 }
 
 #[test]

@@ -6,15 +6,20 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Argument, ArrayLike, Numbers};
 use crate::errors::to_python;
-use crate::words::{BasisWord, KnotsWord};
+use crate::words::{BasisWord, InterpolationWords, KnotsWord};
 
-/// The arguments shape, basis, degree and knots of `isochor.Lattice`.
+/// The arguments shape, basis, degree, knots and interpolation of `isochor.Lattice`.
 pub(crate) fn axes(
     shape: Option<ArrayLike<'_>>,
     basis: BasisWord,
     degree: Option<ArrayLike<'_>>,
     knots: KnotsWord<'_>,
+    interpolation: Option<InterpolationWords>,
 ) -> PyResult<[AxisBasis; 3]> {
+    if interpolation.is_some() && basis != BasisWord::Blender {
+        return Err(Argument::lattice("interpolation")
+            .error("found words, but only basis=\"blender\" has them; leave them out"));
+    }
     let shape = shape.map_or(Ok([4; 3]), |shape| Argument::lattice("shape").counts(&shape, false))?;
     let given = degree.map(|degree| Argument::lattice("degree").counts(&degree, true)).transpose()?;
     let [s, t, u] = match basis {
@@ -29,6 +34,14 @@ pub(crate) fn axes(
                     .error("found arrays, but a Bernstein lattice has none; leave them out, or use basis=\"bspline\""));
             }
             shape.map(AxisBasis::bernstein)
+        }
+        BasisWord::Blender => {
+            if given.is_some() || !matches!(knots, KnotsWord::Uniform) {
+                return Err(Argument::lattice("degree")
+                    .error("found degree or knots, but Blender's bases have their own; leave them out"));
+            }
+            let kinds = interpolation.unwrap_or_default().0;
+            std::array::from_fn(|a| AxisBasis::blender(shape[a], kinds[a]))
         }
         BasisWord::BSpline => {
             let degree = given.unwrap_or([3; 3]);

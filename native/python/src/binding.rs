@@ -459,6 +459,6 @@ fn rest_of(object: &ArrayLike<'_>, shape: [usize; 3]) -> PyResult<Vec<isochor_co
     Argument::lattice("rest").control(object, shape)
 }
 
-fn point_weights(object: &ArrayLike<'_>, shape: [usize; 3]) -> PyResult<Vec<f64>> {
+pub(crate) fn point_weights(object: &ArrayLike<'_>, shape: [usize; 3]) -> PyResult<Vec<f64>> {
     Argument::lattice("weights").floats(object, Numbers::FloatsOrIntegers, &shape.map(Some))
 }

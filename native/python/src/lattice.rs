@@ -8,30 +8,35 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Argument, ArrayLike, NdArray, NumberLike};
 use crate::axes::axes;
-use crate::binding::Binding;
+use crate::binding::{Binding, point_weights};
 use crate::bodies::BodiesLike;
 use crate::errors::to_python;
 use crate::folds::{Folds, halvings};
 use crate::refine::{InsertLike, blended, derivatives, refined};
 use crate::surface::SurfaceLike;
-use crate::words::{BasisWord, DeviceWord, KnotsWord, OutsideWord};
+use crate::words::{BasisWord, DeviceWord, InterpolationWords, KnotsWord, OutsideWord};
 
 /// A free-form deformation lattice: a box of space, or its image under an affine map, with a spline over it.
 ///
 /// shape: number of control points (nu, nv, nw) along s, t, u; 1 to 64 each, 1 for an axis that does not deform.
-/// basis: "bernstein" (degree = points - 1 on each axis) or "bspline".
+/// basis: "bernstein" (degree = points - 1 on each axis), "bspline", or "blender": Blender's own lattice, whose evenly spaced points span
+/// the domain from the first to the last on each axis.
 /// degree: of a B-spline, one number or three; 3 if not given.
 /// knots: of a B-spline. "uniform" (the volume paper's): control points evenly spaced, (degree - 1) / 2 layers of them outside
 /// the domain; "clamped": the outer layers stand on the domain's faces; or three non-decreasing arrays of points + degree + 1.
 /// origin (3,), edges (3, 3) rows: the domain's corner and edge vectors, in the space of the points to deform; there (s, t, u)
 /// runs over [0, 1]^3.
-/// weights: must be None; rational lattices are not available.
+/// weights (nu, nv, nw): positive, the heaviest at most a million times the lightest: the lattice is rational (Sederberg 14.1), and a
+/// heavy point pulls more. Equal ones are as None. Unequal ones need functions that are not negative: no "cardinal" or "catmull-rom".
+/// interpolation: of Blender's basis, "linear", "cardinal", "catmull-rom" or "bspline" (if not given), or three of them. Points outside
+/// the domain move on for one cell there with outside="extend", as in Blender.
 ///
 /// Raises LatticeError. See Sederberg, CAGD, chapter 14, and Hoff, "Free-form deformation of point sets".
 #[pyclass(frozen, module = "isochor")]
 pub(crate) struct Lattice {
     pub(crate) core: Core,
     basis: BasisWord,
+    interpolation: Option<InterpolationWords>,
 }
 
 /// A lattice as an argument.
@@ -48,10 +53,30 @@ impl<'py> FromPyObject<'_, 'py> for LatticeLike<'py> {
     }
 }
 
+impl Lattice {
+    fn of(
+        core: Core,
+        basis: BasisWord,
+        weights: Option<ArrayLike<'_>>,
+        interpolation: Option<InterpolationWords>,
+    ) -> PyResult<Self> {
+        let interpolation = (basis == BasisWord::Blender).then(|| interpolation.unwrap_or_default());
+        let core = match weights {
+            Some(weights) => {
+                let weights = point_weights(&weights, core.shape())?;
+                core.with_weights(weights).map_err(to_python)?
+            }
+            None => core,
+        };
+        Ok(Self { core, basis, interpolation })
+    }
+}
+
 #[pymethods]
 impl Lattice {
     #[new]
-    #[pyo3(signature = (shape=None, basis=BasisWord::Bernstein, degree=None, knots=KnotsWord::Uniform, origin=None, edges=None, weights=None))]
+    #[pyo3(signature = (shape=None, basis=BasisWord::Bernstein, degree=None, knots=KnotsWord::Uniform, origin=None, edges=None, weights=None, interpolation=None))]
+    #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn new(
         shape: Option<ArrayLike<'_>>,
         basis: BasisWord,
@@ -60,13 +85,9 @@ impl Lattice {
         origin: Option<ArrayLike<'_>>,
         edges: Option<ArrayLike<'_>>,
         weights: Option<ArrayLike<'_>>,
+        interpolation: Option<InterpolationWords>,
     ) -> PyResult<Self> {
-        if weights.is_some() {
-            return Err(Argument::lattice("weights").error(
-                "found an array, expected None; rational lattices are not available in this version",
-            ));
-        }
-        let axes = axes(shape, basis, degree, knots)?;
+        let axes = axes(shape, basis, degree, knots, interpolation)?;
         let origin =
             origin.map_or(Ok(isochor_core::DVec3::ZERO), |o| Argument::lattice("origin").vector(&o))?;
         let edges = match edges {
@@ -76,13 +97,14 @@ impl Lattice {
             }
             None => DMat3::IDENTITY,
         };
-        Ok(Self { core: Core::new(axes, origin, edges).map_err(to_python)?, basis })
+        Self::of(Core::new(axes, origin, edges).map_err(to_python)?, basis, weights, interpolation)
     }
 
     /// A lattice whose domain is the axis-aligned box of points (V, 3), widened by `margin` times its size on every side.
     /// Where the points are flat the box gets their largest extent. Raises LatticeError.
     #[staticmethod]
-    #[pyo3(signature = (vertices, shape=None, basis=BasisWord::Bernstein, margin=NumberLike::Default(0.0), degree=None, knots=KnotsWord::Uniform))]
+    #[pyo3(signature = (vertices, shape=None, basis=BasisWord::Bernstein, margin=NumberLike::Default(0.0), degree=None, knots=KnotsWord::Uniform, weights=None, interpolation=None))]
+    #[expect(clippy::too_many_arguments, reason = "the keywords of one call")]
     fn around(
         vertices: ArrayLike<'_>,
         shape: Option<ArrayLike<'_>>,
@@ -90,11 +112,13 @@ impl Lattice {
         margin: NumberLike<'_>,
         degree: Option<ArrayLike<'_>>,
         knots: KnotsWord<'_>,
+        weights: Option<ArrayLike<'_>>,
+        interpolation: Option<InterpolationWords>,
     ) -> PyResult<Self> {
-        let axes = axes(shape, basis, degree, knots)?;
+        let axes = axes(shape, basis, degree, knots, interpolation)?;
         let points = Argument::lattice("vertices").points(&vertices)?;
         let margin = Argument::lattice("margin").number(&margin)?;
-        Ok(Self { core: Core::around(axes, &points, margin).map_err(to_python)?, basis })
+        Self::of(Core::around(axes, &points, margin).map_err(to_python)?, basis, weights, interpolation)
     }
 
     /// Number of control points along s, t, u.
@@ -103,7 +127,7 @@ impl Lattice {
         self.core.shape().into()
     }
 
-    /// Polynomial degree along s, t, u.
+    /// Polynomial degree along s, t, u: of Blender's basis that of its pieces.
     #[getter]
     fn degree(&self) -> (usize, usize, usize) {
         self.core.axes().each_ref().map(AxisBasis::degree).into()
@@ -116,13 +140,27 @@ impl Lattice {
         self.core.axes().each_ref().map(|axis| NdArray::numbers(py, axis.knots())).into()
     }
 
-    /// "bernstein" or "bspline".
+    /// "bernstein", "bspline" or "blender".
     #[getter]
     fn basis(&self) -> &'static str {
         match self.basis {
             BasisWord::Bernstein => "bernstein",
             BasisWord::BSpline => "bspline",
+            BasisWord::Blender => "blender",
         }
+    }
+
+    /// Of Blender's basis the interpolation along s, t, u; None for others.
+    #[getter]
+    fn interpolation(&self) -> Option<(&'static str, &'static str, &'static str)> {
+        self.interpolation.map(|words| words.names().into())
+    }
+
+    /// Weights of the control points as given, float64 (nu, nv, nw), or None.
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> PyResult<Option<NdArray<'py, f64>>> {
+        let weights = self.core.weights();
+        weights.map(|weights| NdArray::lattice(py, weights.to_vec(), self.core.shape())).transpose()
     }
 
     /// Corner of the domain, float64 (3,).
@@ -138,7 +176,7 @@ impl Lattice {
         NdArray::points(py, &[edges.x_axis, edges.y_axis, edges.z_axis], &[3, 3])
     }
 
-    /// Control points at rest, float64 (nu, nv, nw, 3), index [i, j, k] along s, t, u: there the lattice is the identity map.
+    /// Control points at rest, float64 (nu, nv, nw, 3), index [i, j, k] along s, t, u: there the lattice moves nothing that is bound to it.
     #[getter]
     fn rest<'py>(&self, py: Python<'py>) -> PyResult<NdArray<'py, f64>> {
         let [nu, nv, nw] = self.core.shape();
@@ -153,7 +191,11 @@ impl Lattice {
     }
 
     /// Positions, float64 (V, 3), that control points (nu, nv, nw, 3) give to parameters (V, 3): equation (1) of the volume
-    /// paper. Parameters outside [0, 1] follow the nearest ones inside. Raises LatticeError.
+    /// paper. Parameters outside [0, 1] follow the nearest ones inside (of Blender's basis, within one cell beyond).
+    ///
+    /// With unequal weights it is the rational map, sum w B control / sum w B, which gives conics exactly, and does not leave the
+    /// lattice at rest where it is: a bound mesh moves by sum w B (control - rest) / sum w B instead. With one control point on an axis
+    /// the lattice keeps its thickness along it. Blender's basis moves points by the latter form always. Raises LatticeError.
     fn evaluate<'py>(
         &self,
         py: Python<'py>,
@@ -213,7 +255,7 @@ impl Lattice {
         let (core, has_knots, control) =
             refined(py, &self.core, is_bernstein, &control, [shape, degree], insert)?;
         let basis = if has_knots { BasisWord::BSpline } else { self.basis };
-        Ok((Self { core, basis }, control))
+        Ok((Self { core, basis, interpolation: self.interpolation }, control))
     }
 
     /// The way back of `evaluate`: for points (V, 3) the parameters, float64 (V, 3), at which the lattice shaped by control points

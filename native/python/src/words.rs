@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! Arguments that are one of a few words.
 
-use isochor_core::{Accuracy, Cost, Limit, Method, Outside};
+use isochor_core::{Accuracy, Cost, Interpolation, Limit, Method, Outside};
 use pyo3::inspect::{PyStaticConstant, PyStaticExpr};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
@@ -31,19 +31,76 @@ fn word(object: &Borrowed<'_, '_, PyAny>) -> String {
 pub(crate) enum BasisWord {
     Bernstein,
     BSpline,
+    Blender,
 }
 
 impl FromPyObject<'_, '_> for BasisWord {
     type Error = PyErr;
-    const INPUT_TYPE: PyStaticExpr = literal!("bernstein", "bspline");
+    const INPUT_TYPE: PyStaticExpr = literal!("bernstein", "bspline", "blender");
 
     fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
         match word(&object).as_str() {
             "bernstein" => Ok(Self::Bernstein),
             "bspline" => Ok(Self::BSpline),
+            "blender" => Ok(Self::Blender),
             other => Err(Argument::lattice("basis")
-                .error(format!("found {other:?}, expected \"bernstein\" or \"bspline\""))),
+                .error(format!("found {other:?}, expected \"bernstein\", \"bspline\" or \"blender\""))),
         }
+    }
+}
+
+/// The words for how Blender's lattice goes from point to point.
+const INTERPOLATIONS: [(&str, Interpolation); 4] = [
+    ("linear", Interpolation::Linear),
+    ("cardinal", Interpolation::Cardinal),
+    ("catmull-rom", Interpolation::CatmullRom),
+    ("bspline", Interpolation::BSpline),
+];
+
+/// `interpolation`: one word, or three.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct InterpolationWords(pub(crate) [Interpolation; 3]);
+
+impl FromPyObject<'_, '_> for InterpolationWords {
+    type Error = PyErr;
+    const INPUT_TYPE: PyStaticExpr = type_hint_union!(
+        literal!("linear", "cardinal", "catmull-rom", "bspline"),
+        type_hint_subscript!(
+            type_hint_identifier!("collections.abc", "Sequence"),
+            type_hint_identifier!("builtins", "str")
+        )
+    );
+
+    fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        let of = |word: &str| INTERPOLATIONS.iter().find(|(known, _)| *known == word).map(|(_, kind)| *kind);
+        let found = match object.extract::<String>() {
+            Ok(word) => of(&word).map(|kind| [kind; 3]),
+            Err(_) => object.extract::<[String; 3]>().ok().and_then(|words| match words.map(|w| of(&w)) {
+                [Some(s), Some(t), Some(u)] => Some([s, t, u]),
+                _ => None,
+            }),
+        };
+        found.map(Self).ok_or_else(|| {
+            Argument::lattice("interpolation").error(format!(
+                "found {}, expected \"linear\", \"cardinal\", \"catmull-rom\" or \"bspline\", or three of them",
+                object.repr().map_or_else(|_| "an object".into(), |repr| repr.to_string())
+            ))
+        })
+    }
+}
+
+impl Default for InterpolationWords {
+    fn default() -> Self {
+        Self([Interpolation::BSpline; 3])
+    }
+}
+
+impl InterpolationWords {
+    /// The words along s, t, u.
+    pub(crate) fn names(self) -> [&'static str; 3] {
+        self.0.map(|kind| {
+            INTERPOLATIONS.iter().find(|(_, known)| *known == kind).map_or("bspline", |(name, _)| name)
+        })
     }
 }
 

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
+use crate::basis::AxisBasis;
 use crate::embedding::{Located, Spot};
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
@@ -42,7 +43,7 @@ impl Skin {
         if let Some(influence) = influence {
             check_influence(influence, vertices.len())?;
         }
-        let taps = lattice.axes().iter().map(|axis| axis.degree() + 1).product::<usize>();
+        let taps = lattice.axes().iter().map(AxisBasis::window).product::<usize>();
         if vertices.len().saturating_mul(taps) > MOST_WEIGHTS {
             return Err(Error::Mesh(format!(
                 "vertices: found {} with {taps} control points acting on each, expected at most {}; take some of them",
@@ -62,26 +63,12 @@ impl Skin {
     }
 
     fn push(&mut self, lattice: &Lattice, rest: &[DVec3], point: DVec3, place: &Located) {
-        let [_, nv, nw] = lattice.shape();
-        let along: [(usize, Vec<f64>); 3] = std::array::from_fn(|axis| {
-            let (basis, t) = (&lattice.axes()[axis], place.parameter[axis]);
-            let cell = basis.cell(t);
-            let mut weights = vec![0.0; basis.degree() + 1];
-            basis.span(cell).evaluate(t, &mut weights);
-            (basis.first_point(cell), weights)
-        });
-        let [(i0, s), (j0, t), (k0, u)] = &along;
         let mut offset = point;
-        for (i, a) in s.iter().enumerate() {
-            for (j, b) in t.iter().enumerate() {
-                for (k, c) in u.iter().enumerate() {
-                    let (index, weight) =
-                        (((i0 + i) * nv + j0 + j) * nw + k0 + k, place.influence * a * b * c);
-                    self.points.push(index as u32);
-                    self.weights.push(weight);
-                    offset -= rest[index] * weight;
-                }
-            }
+        for (index, share) in lattice.taps(DVec3::from_array(place.parameter)) {
+            let weight = place.influence * share;
+            self.points.push(index as u32);
+            self.weights.push(weight);
+            offset -= rest[index] * weight;
         }
         self.offsets.push(offset);
     }

@@ -5,6 +5,9 @@
 //! displacement. It does not depend on how the domain is turned, and affine displacements cost nothing. The basis is a product, so
 //! the integrals are products of integrals over one axis, which Gauss's rule gives exactly. Piecewise linear axes have no second
 //! derivative but the steps of the first: those count as spread over the distance between knots, and not together with others.
+//!
+//! Weights of a rational lattice are left out: the energy is that of the same displacement of the control points with equal weights. So it
+//! stays a product, and affine displacements cost nothing, which with the rational functions they would.
 
 use glam::DMat3;
 
@@ -19,7 +22,7 @@ type Products = [[Vec<Vec<f64>>; 3]; 3];
 /// The matrix of the energy.
 pub(crate) fn bending(lattice: &Lattice) -> Result<Band> {
     // Creases of polygons couple three points in a row, which share no cell.
-    let reach = |axis: &AxisBasis| if axis.degree() == 1 { 2 } else { axis.degree() };
+    let reach = |axis: &AxisBasis| if axis.degree() == 1 { 2 } else { axis.window() - 1 };
     let mut band = Band::new(lattice, lattice.axes().each_ref().map(reach))?;
     let products = lattice.axes().each_ref().map(products);
     let terms = terms(lattice.edges());
@@ -70,11 +73,30 @@ fn terms(edges: DMat3) -> Vec<([[usize; 2]; 3], f64)> {
 }
 
 fn products(axis: &AxisBasis) -> Products {
-    let (count, degree) = (axis.count(), axis.degree());
+    let products = inner_products(axis);
+    let Some(rows) = axis.rows() else { return products };
+    products.map(|row| {
+        row.map(|inner| {
+            let mut outer = vec![vec![0.0; axis.count()]; axis.count()];
+            for (of, row) in rows.iter().zip(&inner) {
+                for (with, value) in rows.iter().zip(row).filter(|(_, value)| **value != 0.0) {
+                    for &(i, a) in of {
+                        with.iter().for_each(|&(j, b)| outer[i][j] += a * b * value);
+                    }
+                }
+            }
+            outer
+        })
+    })
+}
+
+/// The same between the functions of the axis's spline.
+fn inner_products(axis: &AxisBasis) -> Products {
+    let (count, degree) = (axis.inner_count(), axis.degree());
     let mut products: Products =
         std::array::from_fn(|_| std::array::from_fn(|_| vec![vec![0.0; count]; count]));
     let rule = gauss(degree + 1);
-    for cell in 0..axis.cells() {
+    for cell in axis.domain_cells() {
         let first = axis.first_point(cell);
         let (start, end) = (axis.knots()[first + degree], axis.knots()[first + degree + 1]);
         for &(at, weight) in &rule {

@@ -5,14 +5,14 @@ use glam::DVec3;
 
 use crate::binding::too_large;
 use crate::error::Error;
-use crate::preserve::passes::{Coefficients, Passes};
+use crate::preserve::passes::{Coefficients, Mapped, Passes};
 use crate::preserve::plan::Plan;
 use crate::preserve::scale::Scale;
 
 /// Control points and deformed mesh of one correction. Volumes are in space, coefficients in the frame's coordinates.
 pub(crate) struct Correction<'a, P> {
     pub(crate) plan: &'a Plan,
-    pub(crate) passes: &'a mut P,
+    pub(crate) passes: Mapped<'a, P>,
     pub(crate) control: Vec<DVec3>,
     /// `control - rest`.
     pub(crate) displacement: Vec<DVec3>,
@@ -24,6 +24,7 @@ impl<'a, P: Passes> Correction<'a, P> {
     pub(crate) fn new(plan: &'a Plan, passes: &'a mut P) -> Self {
         let rest: Vec<DVec3> = plan.control.iter().zip(&plan.displacement).map(|(p, d)| p - d).collect();
         let scale = Scale::new(&plan.control, &rest, passes.epsilon());
+        let passes = Mapped { passes, map: &plan.map };
         Self { plan, passes, control: plan.control.clone(), displacement: plan.displacement.clone(), scale }
     }
 

@@ -169,7 +169,7 @@ impl<T: Scalar> Binding<T> {
     pub fn preserve(&self, control: &[DVec3], options: &Preserve, out: &mut [[T; 3]]) -> Result<Preserved> {
         let plan = self.plan(control, options)?;
         if let Some(tensor) = self.tensor() {
-            let mut passes = OnTensor::new(&tensor, &plan.frame, &plan.displacement, self.epsilon());
+            let mut passes = OnTensor::new(&tensor, &plan.frame, &plan.inner_displacement(), self.epsilon());
             let preserved = plan.carry_out(&mut passes)?;
             self.deform(&preserved.control, out)?;
             return Ok(preserved);
@@ -183,7 +183,7 @@ impl<T: Scalar> Binding<T> {
             return Ok(preserved);
         }
         with_engine!(self, engine => {
-            let mut passes = OnEngine::new(self, engine, &plan.frame, plan.middle, &plan.displacement);
+            let mut passes = OnEngine::new(self, engine, &plan);
             let preserved = plan.carry_out(&mut passes)?;
             self.chosen().spent(passes.count);
             if plan.frame.is_identity() {
@@ -199,7 +199,7 @@ impl<T: Scalar> Binding<T> {
     /// The same where the volume is that of a surface over the vertices.
     fn preserve_over_points(&self, plan: &Plan, out: &mut [[T; 3]]) -> Result<Preserved> {
         with_engine!(self, engine => {
-            let mut passes = OverPoints::new(self, engine, &plan.frame, &plan.displacement);
+            let mut passes = OverPoints::new(self, engine, &plan.frame, &plan.inner_displacement());
             let preserved = plan.carry_out(&mut passes)?;
             engine.recycle(passes.state);
             self.deform(&preserved.control, out)?;
@@ -209,7 +209,7 @@ impl<T: Scalar> Binding<T> {
 }
 
 impl Plan {
-    /// Carries the correction out on a backend, which must hold the mesh deformed by the plan's `displacement` and then holds it as
+    /// Carries the correction out on a backend, which must hold the mesh deformed by the plan's `inner_displacement` and then holds it as
     /// corrected.
     ///
     /// # Errors

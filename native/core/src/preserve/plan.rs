@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! A correction checked and prepared, for whichever backend carries it out.
 
+use std::borrow::Cow;
+use std::sync::Arc;
+
 use glam::{DMat3, DVec3};
 
 use crate::binding::Binding;
+use crate::control_map::ControlMap;
 use crate::error::{Error, Result};
 use crate::preserve::constraints::{Basis, add_scaled, dot};
 use crate::preserve::frame::{Frame, normalised_shares};
@@ -26,6 +30,8 @@ pub struct Plan {
     pub control: Vec<DVec3>,
     /// `control - rest`, `k` fastest.
     pub displacement: Vec<DVec3>,
+    /// To inner control points, which backends know.
+    pub(crate) map: Arc<ControlMap>,
     /// Reciprocal weights of the control points, 0 for those that must not move, at most 1.
     pub mobility: Vec<f64>,
     /// Volume of each body to reach at amount 1.
@@ -66,6 +72,7 @@ impl<T: Scalar> Binding<T> {
             shares,
             control: control.to_vec(),
             displacement,
+            map: Arc::clone(self.lattice().shared_map()),
             wanted,
             amount: options.amount,
             method: options.method,
@@ -118,6 +125,11 @@ impl<T: Scalar> Binding<T> {
 }
 
 impl Plan {
+    /// Displacements of the inner control points for `displacement`.
+    pub fn inner_displacement(&self) -> Cow<'_, [DVec3]> {
+        self.map.displacement(&self.displacement)
+    }
+
     /// The map to the frame's coordinates and the map back.
     pub fn maps(&self) -> [DMat3; 2] {
         self.frame.directions.map_or([DMat3::IDENTITY; 2], |(columns, inverse)| [inverse, columns])

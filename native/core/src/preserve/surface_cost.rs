@@ -19,7 +19,7 @@ const BATCH: usize = 64;
 /// The matrix of the vertices' squared distances, influence included.
 pub(crate) fn surface<T: Scalar>(binding: &Binding<T>) -> Result<Band> {
     let lattice = binding.lattice();
-    let mut band = Band::new(lattice, lattice.axes().each_ref().map(|axis| axis.degree()))?;
+    let mut band = Band::new(lattice, lattice.axes().each_ref().map(|axis| axis.window() - 1))?;
     let taps = |vertex: usize| {
         let located = binding.located(vertex);
         (located.influence, lattice.taps(DVec3::from_array(located.parameter)))

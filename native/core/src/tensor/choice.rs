@@ -5,6 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use glam::DVec3;
+
 use crate::binding::{Binding, with_engine};
 use crate::engine::Engine;
 use crate::error::Result;
@@ -170,7 +172,7 @@ impl Costs {
 }
 
 fn functions(lattice: &Lattice) -> usize {
-    FIXED + lattice.len() + 1
+    FIXED + lattice.map().inner_len() + 1
 }
 
 impl<T: Scalar> Binding<T> {
@@ -214,13 +216,18 @@ impl<T: Scalar> Binding<T> {
 
     fn source<L: Lanes>(&self, engine: &Arc<Engine<L>>) -> Result<Source<L>> {
         let centre = self.lattice().centre();
+        let map = self.lattice().map();
+        let rest: Vec<DVec3> = self.rest().iter().map(|p| p - centre).collect();
+        let weights = map.inner_weights();
         Ok(Source {
             engine: Arc::clone(engine),
             embedding: Arc::clone(self.embedding()),
             walks: Arc::clone(self.walks()?),
-            rest: self.rest().iter().map(|p| p - centre).collect(),
+            rest: map.displacement(&rest).into_owned(),
+            weights: weights.map_or_else(|| vec![1.0; map.inner_len()], <[f64]>::to_vec),
+            is_weighted: weights.is_some(),
             centre,
-            shape: self.lattice().shape(),
+            shape: map.inner_shape(),
         })
     }
 }

@@ -28,8 +28,9 @@ use triples::Triples;
 /// The volume of a binding's mesh as a function of its control points.
 pub(crate) struct Tensor {
     triples: Triples,
-    /// Control points at rest, about the centre that the functions were made for.
+    /// Inner control points at rest, about the centre that the functions were made for, times their weights.
     rest: Vec<DVec3>,
+    weights: Vec<f64>,
 }
 
 /// All functions' vectors along one axis, in whole lanes.
@@ -39,19 +40,19 @@ impl Tensor {
     /// Sums up a mesh on `threads` threads, and gives up where `stop` says so. The same bits on any number of threads.
     fn new<L: Lanes>(source: Source<L>, threads: usize, stop: &(dyn Fn() -> bool + Sync)) -> Option<Self> {
         let triples = build::sum(&source, threads, stop)?;
-        Some(Self { triples, rest: source.rest })
+        Some(Self { triples, rest: source.rest, weights: source.weights })
     }
 
     /// Bytes of memory.
     pub(crate) fn bytes(&self) -> usize {
-        Triples::bytes(self.triples.functions()) + self.rest.len() * size_of::<DVec3>()
+        Triples::bytes(self.triples.functions()) + self.rest.len() * (size_of::<DVec3>() + size_of::<f64>())
     }
 
-    /// The vectors that go with the functions for displaced control points, in the coordinates of a frame.
+    /// The vectors that go with the functions for displaced inner control points, in the coordinates of a frame.
     fn columns(&self, displacement: &[DVec3], frame: &Frame) -> [Column; 3] {
         let control: Vec<DVec3> = self.rest.iter().zip(displacement).map(|(p, d)| p + d).collect();
-        let mean = control.iter().sum::<DVec3>() / control.len() as f64;
-        let points = control.iter().map(|p| p - mean);
+        let mean = control.iter().sum::<DVec3>() / self.weights.iter().sum::<f64>();
+        let points = control.iter().zip(&self.weights).map(|(p, &weight)| p - weight * mean);
         let all = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().chain(points).chain([mean]);
         let mut columns: [Column; 3] =
             std::array::from_fn(|_| vec![F64x8::ZERO; self.triples.functions().div_ceil(LANES)]);

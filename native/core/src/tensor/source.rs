@@ -21,12 +21,18 @@ pub(crate) const FIXED: usize = 3;
 /// at rest is the identity map and `s` is 1. That is `centre + e + sum s B (P - m) + s (m - centre)` for any `m`: functions `e`,
 /// `s B` and `s`, times unit vectors, control points about `m`, and one vector that alone is large where the whole lattice
 /// moved far away. A constant adds nothing to the volume of a closed surface, so neither does `s` where it is the same everywhere.
+///
+/// Control points are inner ones. With weights `w` the vectors are `w (P - m)` and the last function `s sum B w`, the influence on the
+/// vertex: `s` is that over the denominator.
 pub(crate) struct Source<L: Lanes> {
     pub(crate) engine: Arc<Engine<L>>,
     pub(crate) embedding: Arc<Embedding>,
     pub(crate) walks: Arc<Walks>,
-    /// Control points at rest, about the centre.
+    /// Inner control points at rest, about the centre, times their weights.
     pub(crate) rest: Vec<DVec3>,
+    /// Those weights: 1 where the lattice has none.
+    pub(crate) weights: Vec<f64>,
+    pub(crate) is_weighted: bool,
     pub(crate) centre: DVec3,
     pub(crate) shape: [usize; 3],
 }
@@ -104,29 +110,32 @@ impl<L: Lanes> Source<L> {
         let task = self.task(slot);
         let (local, influence, position) = self.engine.slot(slot);
         let taps = task.taps();
-        let mut weights = [[0.0; MAX_POINTS]; 3];
+        let mut basis = [[0.0; MAX_POINTS]; 3];
         for axis in 0..3 {
             let span = &task.spans[axis];
-            span.evaluate(span.start() + local[axis], &mut weights[axis][..taps[axis]]);
+            span.evaluate(span.start() + local[axis], &mut basis[axis][..taps[axis]]);
         }
         row.fill(0.0);
-        let mut left = position - self.centre;
-        for (i, wu) in weights[0][..taps[0]].iter().enumerate() {
-            for (j, wv) in weights[1][..taps[1]].iter().enumerate() {
+        let (mut left, mut whole) = (position - self.centre, 0.0);
+        for (i, wu) in basis[0][..taps[0]].iter().enumerate() {
+            for (j, wv) in basis[1][..taps[1]].iter().enumerate() {
                 let at = [task.first_point[0] + i, task.first_point[1] + j, task.first_point[2]];
                 let [p, q, r]: [usize; 3] = std::array::from_fn(|axis| at[axis] - group.low[axis]);
-                let rest = &self.rest[(at[0] * self.shape[1] + at[1]) * self.shape[2] + at[2]..];
+                let first = (at[0] * self.shape[1] + at[1]) * self.shape[2] + at[2];
+                let (rest, weights) = (&self.rest[first..], &self.weights[first..]);
                 let row = &mut row[FIXED + (p * group.size[1] + q) * group.size[2] + r..];
                 let plane = influence * wu * wv;
-                for ((value, ww), rest) in row.iter_mut().zip(&weights[2][..taps[2]]).zip(rest) {
+                let points = rest.iter().zip(weights);
+                for ((value, ww), (rest, weight)) in row.iter_mut().zip(&basis[2][..taps[2]]).zip(points) {
                     *value = plane * ww;
                     left -= *value * rest;
+                    whole += *value * weight;
                 }
             }
         }
         row[..FIXED].copy_from_slice(&left.to_array());
         if let Some(last) = row.last_mut() {
-            *last = influence;
+            *last = if self.is_weighted { whole } else { influence };
         }
     }
 }

@@ -6,6 +6,7 @@
 #[path = "../shared/mod.rs"]
 mod shared;
 
+mod blender_basis;
 mod bodies;
 mod costs;
 mod elastic;
@@ -13,9 +14,11 @@ mod folds;
 mod inversion;
 mod lattice;
 mod limit;
+mod mapped;
 mod methods;
 mod patches;
 mod proxy;
+mod rational;
 mod refine;
 mod tensor;
 mod tessellation;

@@ -162,7 +162,7 @@ fn kept_vertices_do_not_tear_off() {
         let axes = std::array::from_fn(|_| basis.clone());
         let lattice = Lattice::around(axes, &[DVec3::splat(-1.2), DVec3::new(1.2, 1.2, 0.4)], 0.0).unwrap();
         let binding = bind(&lattice, &mesh);
-        let held = basis.count() - basis.end_layers(true);
+        let held = basis.count() - basis.end_layers(true, 0);
         let control: Vec<DVec3> = lattice
             .rest()
             .iter()

@@ -9,7 +9,7 @@
 
 pub mod patch_model;
 
-use isochor_core::{AxisBasis, DMat3, DVec3, Lattice};
+use isochor_core::{AxisBasis, DMat3, DVec3, Interpolation, Lattice};
 
 /// A closed surface with consistent winding, outward.
 pub struct Mesh {
@@ -70,6 +70,38 @@ pub fn bases() -> Vec<(&'static str, [AxisBasis; 3])> {
         ("degrees 1 and 5", [uniform(4, 1), uniform(9, 5), clamped(6, 5)]),
     ]
 }
+
+/// The same lattice with weights from 1/4 to 4.
+pub fn weighted(lattice: Lattice, seed: u64) -> Lattice {
+    let mut random = noise(seed);
+    let weights = (0..lattice.len()).map(|_| 4f64.powf(random())).collect();
+    lattice.with_weights(weights).unwrap()
+}
+
+/// Lattices whose control points are not those that the passes over a mesh know: rational ones and Blender's.
+pub fn mapped() -> Vec<(String, Lattice)> {
+    let blender = |shape: [usize; 3], kinds: [Interpolation; 3]| {
+        let axis = |a: usize| AxisBasis::blender(shape[a], kinds[a]).unwrap();
+        slanted([axis(0), axis(1), axis(2)])
+    };
+    let rational = bases()
+        .into_iter()
+        .enumerate()
+        .map(|(seed, (name, axes))| (format!("rational {name}"), weighted(slanted(axes), seed as u64 + 1)));
+    let [linear, cardinal, rounded, spline] = INTERPOLATIONS;
+    let native = [
+        ("Blender's spline 5^3".to_owned(), blender([5; 3], [spline; 3])),
+        ("Blender's spline 2^3".to_owned(), blender([2; 3], [spline; 3])),
+        ("Blender's cardinal 4, 3, 6".to_owned(), blender([4, 3, 6], [cardinal; 3])),
+        ("Blender's mixed 4, 2, 5".to_owned(), blender([4, 2, 5], [rounded, linear, spline])),
+        ("Blender's spline, rational".to_owned(), weighted(blender([4; 3], [spline, linear, spline]), 9)),
+    ];
+    rational.chain(native).collect()
+}
+
+/// All of Blender's interpolations.
+pub const INTERPOLATIONS: [Interpolation; 4] =
+    [Interpolation::Linear, Interpolation::Cardinal, Interpolation::CatmullRom, Interpolation::BSpline];
 
 /// Numbers in [-1, 1] that look random and are the same everywhere.
 pub fn noise(seed: u64) -> impl FnMut() -> f64 {

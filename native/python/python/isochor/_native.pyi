@@ -340,13 +340,17 @@ class Lattice:
     A free-form deformation lattice: a box of space, or its image under an affine map, with a spline over it.
 
     shape: number of control points (nu, nv, nw) along s, t, u; 1 to 64 each, 1 for an axis that does not deform.
-    basis: "bernstein" (degree = points - 1 on each axis) or "bspline".
+    basis: "bernstein" (degree = points - 1 on each axis), "bspline", or "blender": Blender's own lattice, whose evenly spaced points span
+    the domain from the first to the last on each axis.
     degree: of a B-spline, one number or three; 3 if not given.
     knots: of a B-spline. "uniform" (the volume paper's): control points evenly spaced, (degree - 1) / 2 layers of them outside
     the domain; "clamped": the outer layers stand on the domain's faces; or three non-decreasing arrays of points + degree + 1.
     origin (3,), edges (3, 3) rows: the domain's corner and edge vectors, in the space of the points to deform; there (s, t, u)
     runs over [0, 1]^3.
-    weights: must be None; rational lattices are not available.
+    weights (nu, nv, nw): positive, the heaviest at most a million times the lightest: the lattice is rational (Sederberg 14.1), and a
+    heavy point pulls more. Equal ones are as None. Unequal ones need functions that are not negative: no "cardinal" or "catmull-rom".
+    interpolation: of Blender's basis, "linear", "cardinal", "catmull-rom" or "bspline" (if not given), or three of them. Points outside
+    the domain move on for one cell there with outside="extend", as in Blender.
 
     Raises LatticeError. See Sederberg, CAGD, chapter 14, and Hoff, "Free-form deformation of point sets".
     """
@@ -354,22 +358,25 @@ class Lattice:
         cls,
         /,
         shape: ArrayLike | None = None,
-        basis: Literal["bernstein", "bspline"] = ...,
+        basis: Literal["bernstein", "bspline", "blender"] = ...,
         degree: ArrayLike | None = None,
         knots: Literal["uniform", "clamped"] | Sequence[ArrayLike] = ...,
         origin: ArrayLike | None = None,
         edges: ArrayLike | None = None,
         weights: ArrayLike | None = None,
+        interpolation: Literal["linear", "cardinal", "catmull-rom", "bspline"] | Sequence[str] | None = None,
     ) -> Lattice: ...
     def __repr__(self, /) -> str: ...
     @staticmethod
     def around(
         vertices: ArrayLike,
         shape: ArrayLike | None = None,
-        basis: Literal["bernstein", "bspline"] = ...,
+        basis: Literal["bernstein", "bspline", "blender"] = ...,
         margin: SupportsFloat | SupportsIndex = ...,
         degree: ArrayLike | None = None,
         knots: Literal["uniform", "clamped"] | Sequence[ArrayLike] = ...,
+        weights: ArrayLike | None = None,
+        interpolation: Literal["linear", "cardinal", "catmull-rom", "bspline"] | Sequence[str] | None = None,
     ) -> Lattice:
         """
         A lattice whose domain is the axis-aligned box of points (V, 3), widened by `margin` times its size on every side.
@@ -378,7 +385,7 @@ class Lattice:
     @property
     def basis(self, /) -> str:
         """
-        "bernstein" or "bspline".
+        "bernstein", "bspline" or "blender".
         """
     def bind(
         self,
@@ -431,7 +438,7 @@ class Lattice:
     @property
     def degree(self, /) -> tuple[int, int, int]:
         """
-        Polynomial degree along s, t, u.
+        Polynomial degree along s, t, u: of Blender's basis that of its pieces.
         """
     def derivative(self, /, parameters: ArrayLike, control: ArrayLike) -> NDArray[float64]:
         """
@@ -446,7 +453,11 @@ class Lattice:
     def evaluate(self, /, parameters: ArrayLike, control: ArrayLike) -> NDArray[float64]:
         """
         Positions, float64 (V, 3), that control points (nu, nv, nw, 3) give to parameters (V, 3): equation (1) of the volume
-        paper. Parameters outside [0, 1] follow the nearest ones inside. Raises LatticeError.
+        paper. Parameters outside [0, 1] follow the nearest ones inside (of Blender's basis, within one cell beyond).
+
+        With unequal weights it is the rational map, sum w B control / sum w B, which gives conics exactly, and does not leave the
+        lattice at rest where it is: a bound mesh moves by sum w B (control - rest) / sum w B instead. With one control point on an axis
+        the lattice keeps its thickness along it. Blender's basis moves points by the latter form always. Raises LatticeError.
         """
     def falloff(
         self, /, points: ArrayLike, distance: SupportsFloat | SupportsIndex, control: ArrayLike | None = None
@@ -473,6 +484,11 @@ class Lattice:
         bent round by more than 360 degrees overlaps itself without folding anywhere, and is unfolded.
 
         Raises LatticeError.
+        """
+    @property
+    def interpolation(self, /) -> tuple[str, str, str] | None:
+        """
+        Of Blender's basis the interpolation along s, t, u; None for others.
         """
     def invert(self, /, points: ArrayLike, control: ArrayLike) -> tuple[NDArray[float64], NDArray[bool_]]:
         """
@@ -537,12 +553,17 @@ class Lattice:
     @property
     def rest(self, /) -> NDArray[float64]:
         """
-        Control points at rest, float64 (nu, nv, nw, 3), index [i, j, k] along s, t, u: there the lattice is the identity map.
+        Control points at rest, float64 (nu, nv, nw, 3), index [i, j, k] along s, t, u: there the lattice moves nothing that is bound to it.
         """
     @property
     def shape(self, /) -> tuple[int, int, int]:
         """
         Number of control points along s, t, u.
+        """
+    @property
+    def weights(self, /) -> NDArray[float64] | None:
+        """
+        Weights of the control points as given, float64 (nu, nv, nw), or None.
         """
 
 @final
