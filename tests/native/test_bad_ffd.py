@@ -62,7 +62,6 @@ def test_good_weights_are_given_back_and_none_is_none():
     [
         "cubic",
         "",
-        None,
         3,
         "BSPLINE ",
         ("linear", "linear"),
