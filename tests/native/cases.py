@@ -30,6 +30,18 @@ SPECS = (
     Spec((4, 4, 1)),  # thin ones move points by displacements; only along their long axes can they change a volume
     Spec((5, 1, 1), "bspline", 2, "clamped"),
 )
+RATIONAL = tuple(lattices.weighted(spec) for spec in SPECS)
+BLENDER = (
+    Spec((2, 2, 2), "blender"),
+    Spec((4, 4, 4), "blender"),
+    Spec((3, 5, 4), "blender", interpolation="linear"),
+    Spec((4, 4, 4), "blender", interpolation="catmull-rom"),
+    Spec((5, 3, 6), "blender", interpolation=("cardinal", "bspline", "linear")),
+    replace(lattices.FRAMES["oblique"], basis="blender", interpolation="cardinal"),
+    Spec((4, 4, 1), "blender", interpolation="catmull-rom"),
+    lattices.weighted(Spec((4, 3, 5), "blender")),  # and both at once
+    lattices.weighted(Spec((5, 4, 4), "blender", interpolation=("linear", "bspline", "linear")), 30.0),
+)
 SURFACES = (
     meshes.bumpy_ball(1, 0.2),
     meshes.bumpy_ball(2, 0.3),
@@ -100,18 +112,18 @@ class Case:
             known |= {"pin_rows": self.pin_rows[0], "pin_moves": self.pins[1]}
         return Correction(Solid.of(self.embedded), self.control, **known)
 
-    def bind(self) -> isochor.Binding:
-        options = {"outside": "extend", "device": "cpu"} | self.bound
+    def bind(self, device: str = "cpu") -> isochor.Binding:
+        options = {"outside": "extend", "device": device} | self.bound
         return self.spec.build().bind(self.vertices, self.triangles, **options)
 
     def in_dtype(self, dtype: type) -> Case:
         return replace(self, vertices=self.vertices.astype(dtype))
 
 
-def random_case(seed: int, pinned: bool | None = None) -> Case:
+def random_case(seed: int, pinned: bool | None = None, specs: tuple[Spec, ...] = SPECS) -> Case:
     """Case of that number; `pinned` makes it one with or without pins, else every third has none."""
     random, trap = np.random.default_rng(seed), TRAPS[seed % len(TRAPS)]
-    spec = SPECS[random.integers(len(SPECS))]
+    spec = specs[random.integers(len(specs))]
     vertices, triangles = _surface(trap, random)
     case = Case(trap, spec, lattices.fitted(spec, vertices), triangles, _control(spec, trap, random))
     case.options = _options(spec, trap, random)

@@ -53,6 +53,11 @@ THIN = {  # axes with one control point: displacements instead of positions
 }
 
 
+def weighted(spec: Spec, spread: float = 8.0, seed: int = 2) -> Spec:
+    """The same lattice with rational weights, between 1/spread and spread."""
+    return replace(spec, weights=spread ** np.random.default_rng(seed).uniform(-1, 1, spec.shape))
+
+
 def points_inside(spec: Spec, dtype: type = np.float64, count: int = 200, seed: int = 3) -> NDArray:
     """(count + 8, 3) random points of the domain and its eight corners; in float32 those a millionth inside."""
     inset = 0.0 if dtype == np.float64 else 1e-6

@@ -9,7 +9,7 @@ equations (10)-(17), over faces.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import isochor
 import numpy as np
@@ -18,6 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 UNIT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 INSIDE = 1e-9  # parameters this close to a face of the domain count as inside it (in units of the domain)
+
+
+CUBIC = ("cardinal", "catmull-rom", "bspline")  # what Blender interpolates over four points; "linear" over two
 
 
 @dataclass(frozen=True)
@@ -30,12 +33,18 @@ class Spec:
     knots: str | tuple[ArrayLike, ArrayLike, ArrayLike] = "uniform"
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     edges: tuple[tuple[float, float, float], ...] = UNIT
+    weights: ArrayLike | None = field(default=None, compare=False)  # (nu, nv, nw): rational
+    interpolation: str | tuple[str, str, str] = "bspline"  # of basis "blender"
 
     def build(self) -> isochor.Lattice:
         """The library's lattice of this description."""
         frame = {"origin": self.origin, "edges": self.edges}
+        if self.weights is not None:
+            frame["weights"] = np.asarray(self.weights, dtype=float)
         if self.basis == "bernstein":
             return isochor.Lattice(shape=self.shape, **frame)
+        if self.basis == "blender":
+            return isochor.Lattice(shape=self.shape, basis="blender", interpolation=self.interpolation, **frame)
         return isochor.Lattice(shape=self.shape, basis=self.basis, degree=self.degree, knots=self.knots, **frame)
 
     def moved(self, linear: ArrayLike = UNIT, offset: ArrayLike = (0.0, 0.0, 0.0)) -> Spec:
@@ -60,16 +69,32 @@ class Spec:
         offsets = np.asarray(points, dtype=float) - self.origin
         return np.linalg.solve(np.asarray(self.edges, dtype=float).T, offsets.T).T
 
+    @property
+    def by_displacement(self) -> bool:
+        """Whether vertices move by what control points have moved, because control points do not give positions."""
+        return min(self.shape) == 1 or self.weights is not None or self.basis == "blender"
+
+    def clamped(self, parameters: Array) -> Array:
+        """Nearest parameters at which the basis still changes: of the domain; in Blender's one cell beyond it."""
+        beyond = np.array([1 / max(n - 1, 1) for n in self.shape]) if self.basis == "blender" else np.zeros(3)
+        return np.clip(parameters, -beyond, 1 + beyond)
+
     def matrix(self, parameters: Array) -> Array:
-        """Dense (V, N) tensor-product weights, N in C order of [i, j, k]."""
+        """Dense (V, N) tensor-product weights, rational ones divided by their sum, N in C order of [i, j, k]."""
         u, v, w = (self.axis_weights(axis, parameters[:, axis]) for axis in range(3))
-        return np.einsum("vi,vj,vk->vijk", u, v, w).reshape(len(parameters), -1)
+        product = np.einsum("vi,vj,vk->vijk", u, v, w).reshape(len(parameters), -1)
+        if self.weights is None:
+            return product
+        heavy = product * np.ravel(self.weights)
+        return heavy / heavy.sum(axis=1, keepdims=True)
 
     def axis_weights(self, axis: int, t: Array) -> Array:
         """(V, n) values of the n basis functions of one axis at t in [0, 1]."""
         count = self.shape[axis]
         if count == 1:
             return np.ones((len(t), 1))
+        if self.basis == "blender":
+            return blender(self.axis_interpolation(axis), count, t)
         if self.basis == "bernstein":
             return bernstein(count - 1, t)
         return cox_de_boor(self.knot_vector(axis), self.axis_degree(axis), t)
@@ -78,7 +103,13 @@ class Spec:
         """Polynomial degree along one axis."""
         if self.basis == "bernstein" or self.shape[axis] == 1:
             return self.shape[axis] - 1
+        if self.basis == "blender":
+            return 3 if self.axis_interpolation(axis) in CUBIC else 1
         return self.degree if isinstance(self.degree, int) else self.degree[axis]
+
+    def axis_interpolation(self, axis: int) -> str:
+        """Of Blender's basis along one axis."""
+        return self.interpolation if isinstance(self.interpolation, str) else self.interpolation[axis]
 
     def knot_vector(self, axis: int) -> Array:
         """(n + degree + 1,) knots, the domain being [0, 1]."""
@@ -91,9 +122,14 @@ class Spec:
     def rounding(self, control: ArrayLike, epsilon: float) -> float:
         """Error to allow in an evaluated coordinate: a few ε of the control points, and parameters wrong by ε.
 
-        A basis of degree d with n points changes by at most 2 d (n − d) max|P| per unit of its parameter.
+        A basis of degree d with n points changes by at most 2 d (n − d) max|P| per unit of its parameter; Blender's,
+        whose cubics overshoot, by 8 n max|P|; a rational one by as much more as its weights differ.
         """
         slope = sum(2 * self.axis_degree(a) * (self.shape[a] - self.axis_degree(a)) for a in range(3))
+        if self.basis == "blender":
+            slope = 8 * sum(self.shape)
+        if self.weights is not None:
+            slope *= float(np.max(self.weights) / np.min(self.weights))
         return epsilon * (32 + 2 * slope) * float(np.abs(control).max())
 
     def _greville(self, axis: int) -> Array:
@@ -102,6 +138,8 @@ class Spec:
             return np.array([0.5])
         if self.basis == "bernstein":
             return np.arange(count) / degree
+        if self.basis == "blender":
+            return np.arange(count) / (count - 1)
         knots = self.knot_vector(axis)
         return np.array([knots[i + 1 : i + degree + 1].mean() for i in range(count)])
 
@@ -109,6 +147,30 @@ class Spec:
 def bernstein(degree: int, t: Array) -> Array:
     """(V, degree + 1) Bernstein polynomials, from exact binomials."""
     return np.stack([math.comb(degree, i) * t**i * (1 - t) ** (degree - i) for i in range(degree + 1)], axis=1)
+
+
+def blender(interpolation: str, count: int, t: Array) -> Array:
+    """(V, count) weights of Blender's lattice: four taps about the cell, those beyond the grid on its end points."""
+    across = np.asarray(t, dtype=float) * (count - 1)
+    cell = np.floor(across)
+    x = across - cell
+    weights = np.zeros((len(x), count))
+    for tap, value in enumerate(_blender_taps(interpolation, x)):
+        point = np.clip(cell + tap - 1, 0, count - 1).astype(int)
+        weights[np.arange(len(x)), point] += value
+    return weights
+
+
+def _blender_taps(interpolation: str, x: Array) -> tuple[Array, Array, Array, Array]:
+    """Weights of the points at −1, 0, 1 and 2 about a cell, at x in [0, 1] across it."""
+    if interpolation == "linear":
+        return 0 * x, 1 - x, x, 0 * x
+    if interpolation == "bspline":
+        outer, inner = (lambda y: y**3 / 6), (lambda y: y**3 / 2 - y**2 + 2 / 3)
+        return outer(1 - x), inner(x), inner(1 - x), outer(x)
+    c = {"cardinal": 0.71, "catmull-rom": 0.5}[interpolation]
+    outer, inner = (lambda y: c * y**3 - c * y**2), (lambda y: (2 - c) * y**3 + (c - 3) * y**2 + 1)
+    return outer(1 - x), inner(x), inner(1 - x), outer(x)
 
 
 def cox_de_boor(knots: Array, degree: int, t: Array) -> Array:
@@ -141,7 +203,10 @@ class Embedded:
 
     @classmethod
     def of(cls, spec: Spec, vertices: ArrayLike, triangles, outside: str = "keep", influence=None) -> Embedded:
-        """x + s (B P − x) inside; outside the domain x ("keep") or x + s B(nearest) (P − P_rest) ("extend")."""
+        """x + s (B P − x) inside; outside the domain x ("keep") or x + s B(nearest) (P − P_rest) ("extend").
+
+        x + s B (P − P_rest) everywhere where control points do not give positions.
+        """
         vertices = np.asarray(vertices, dtype=float)
         parameters = spec.parameters(vertices)
         axes = np.array(spec.shape) > 1
@@ -149,8 +214,8 @@ class Embedded:
         strength = np.ones(len(vertices)) if influence is None else np.asarray(influence, dtype=float)
         if outside == "keep":
             strength = np.where(inside, strength, 0.0)
-        rows = strength[:, None] * spec.matrix(np.clip(parameters, 0, 1))
-        relative = ~inside | (not axes.all())
+        rows = strength[:, None] * spec.matrix(spec.clamped(parameters))
+        relative = ~inside | spec.by_displacement
         rest = rows @ spec.rest.reshape(-1, 3)
         constant = np.where(np.reshape(relative, (-1, 1)), vertices - rest, (1 - strength)[:, None] * vertices)
         return cls(spec, np.asarray(triangles), rows, constant)
