@@ -5,7 +5,7 @@ The native half of isochor.
 """
 
 from collections.abc import Sequence
-from typing import Final, Literal, SupportsFloat, SupportsIndex, final
+from typing import Any, Final, Literal, SupportsFloat, SupportsIndex, final
 
 from numpy import bool_, float32, float64, int32, int64
 from numpy.typing import ArrayLike, NDArray
@@ -13,19 +13,25 @@ from numpy.typing import ArrayLike, NDArray
 __all__ = [
     "__version__",
     "Binding",
+    "Binding2D",
+    "Chain",
     "Device",
     "Elastic",
     "Folds",
     "Lattice",
+    "Lattice2D",
     "Patches",
     "Pins",
     "Preserved",
+    "Preserved2D",
     "Refined",
     "Surface",
     "Tessellation",
+    "Tie",
     "bent_edges",
     "copy_bandwidth",
     "devices",
+    "oriented_box",
     "prepare_in_background",
     "tessellate",
 ]
@@ -170,6 +176,100 @@ class Binding:
     def volumes(self, /, control: ArrayLike) -> NDArray[float64]:
         """
         The same of each body, float64 (bodies,).
+        """
+
+@final
+class Binding2D:
+    """
+    Points of the plane, or a flat mesh, embedded in a lattice, made by `Lattice2D.bind`.
+    """
+    def __repr__(self, /) -> str: ...
+    def area(self, /, control: ArrayLike) -> float:
+        """
+        Signed area of the mesh that control points (nu, nv, 2) give, summed in float64 over its triangles; positive where they wind
+        counter-clockwise. Raises LatticeError, and MeshError without triangles.
+        """
+    def deform(self, /, control: ArrayLike) -> NDArray[float32 | float64]:
+        """
+        Points (V, 2), in the type of those bound, that control points (nu, nv, 2) give. Raises LatticeError.
+        """
+    def preserve(
+        self,
+        /,
+        control: ArrayLike,
+        axes: ArrayLike | None = None,
+        method: Literal["balanced", "sweep", "gradient", "nearest"] = ...,
+        weights: ArrayLike | None = None,
+        pins: tuple[ArrayLike, ArrayLike] | None = None,
+        target: SupportsFloat | SupportsIndex | None = None,
+        amount: SupportsFloat | SupportsIndex = ...,
+        cost: Literal["points", "surface", "bending"] = ...,
+    ) -> Preserved2D:
+        """
+        Deforms and corrects the control points so that the area of the mesh is its target, exactly: `Binding.preserve` in the plane.
+
+        control (nu, nv, 2): the control points asked for. axes: shares of x and y in the correction; (1, 1) if not given.
+        method, cost: as of `Binding.preserve`. weights (nu, nv): positive; large keeps a control point, inf freezes it.
+        pins: vertices (m,) and their targets (m, 2), reached exactly.
+        target: the area to reach; None for that of the mesh as bound. amount: 0 leaves the area as deformed and pinned, 1 reaches the
+        target.
+
+        Raises VolumeError where an area cannot be reached, PinError, LatticeError, MeshError.
+        """
+    @property
+    def reference_area(self, /) -> float:
+        """
+        Signed area of the mesh as bound. Raises MeshError without triangles.
+        """
+
+@final
+class Chain:
+    """
+    Several lattices on one mesh, one after the other: each takes what leaves the one before, so they may overlap or lie one within
+    another's result (Ferrier's local and hierarchical deformations).
+
+    lattices: pairs (lattice, options) in the order in which they act; options, a dict, are those of `Lattice.bind` that say how vertices
+    are embedded: outside, influence, rest, and for the last lattice bodies, caps and surface too. A lattice alone has none.
+    vertices (V, 3), triangles (F, 3), device: as in `Lattice.bind`; the last lattice alone is computed on a GPU.
+
+    The volume is corrected by the last lattice, exactly for the whole chain. Lattices before the first whose control points changed since
+    the last call cost nothing. May be used from several threads, one at a time.
+
+    Raises LatticeError, MeshError and DeviceError.
+    """
+    def __len__(self, /) -> int: ...
+    def __new__(
+        cls,
+        /,
+        lattices: Sequence[Any],
+        vertices: ArrayLike,
+        triangles: ArrayLike | None = None,
+        device: Literal["auto", "cpu", "gpu"] | str = ...,
+    ) -> Chain: ...
+    def __repr__(self, /) -> str: ...
+    def deform(self, /, controls: Sequence[ArrayLike]) -> NDArray[float32 | float64]:
+        """
+        Vertices (V, 3), in the type of those given, that control points of each lattice, a list of (nu, nv, nw, 3), give: each deforms what
+        leaves the one before. Raises LatticeError.
+        """
+    def preserve(self, /, controls: Sequence[ArrayLike], **options) -> Preserved:
+        """
+        Deforms, and corrects the last lattice's control points so that the volume of what leaves the chain is that of the vertices given, or
+        `target`. options: those of `Binding.preserve`, for the last lattice; so are `control` and all else of the result. Raises as
+        `Binding.preserve` does.
+        """
+    @property
+    def reference_volume(self, /) -> float:
+        """
+        Signed volume of the vertices that enter, of all bodies together. Raises MeshError where the triangles enclose no volume.
+        """
+    def update(self, /, vertices: ArrayLike) -> None:
+        """
+        New positions (V, 3) of the vertices that enter, in the same order and type. Raises MeshError and leaves the chain as it was.
+        """
+    def volume(self, /, controls: Sequence[ArrayLike]) -> float:
+        """
+        Signed volume of what `deform` gives, summed in float64. Raises LatticeError, and MeshError where the triangles enclose none.
         """
 
 @final
@@ -377,10 +477,12 @@ class Lattice:
         knots: Literal["uniform", "clamped"] | Sequence[ArrayLike] = ...,
         weights: ArrayLike | None = None,
         interpolation: Literal["linear", "cardinal", "catmull-rom", "bspline"] | Sequence[str] | None = None,
+        fit: Literal["axes", "oriented"] = ...,
     ) -> Lattice:
         """
-        A lattice whose domain is the axis-aligned box of points (V, 3), widened by `margin` times its size on every side.
-        Where the points are flat the box gets their largest extent. Raises LatticeError.
+        A lattice whose domain is a box around points (V, 3), widened by `margin` times its size on every side: the axis-aligned one, or
+        with fit="oriented" the one that `oriented_box` finds. Where the points are flat the box gets their largest extent. Raises
+        LatticeError.
         """
     @property
     def basis(self, /) -> str:
@@ -399,6 +501,7 @@ class Lattice:
         bodies: Literal["islands"] | ArrayLike | None = None,
         caps: bool = False,
         surface: Surface | None = None,
+        continuity: ArrayLike | None = None,
     ) -> Binding:
         """
         Embeds a mesh: everything that stays fixed while the control points move is computed here.
@@ -426,6 +529,9 @@ class Lattice:
         combinations of `vertices`: the control points of a patch model (`Patches.tessellate`), the coarse points of a subdivision
         surface. The lattice moves `vertices` alone, and volumes are those of the surface, exactly; `Preserved.surface` has its vertices. The CPU
         computes then, whatever the device. cost="surface" still counts how far `vertices` move.
+        continuity: k, with outside="keep": control points of the layers at those faces beyond which vertices lie (`frozen`) are held at
+        rest, in `deform` and in `preserve`, so that the moved part joins what stays with derivatives up to order k: 0 without a tear, 1
+        without a crease. None: nobody but the correction is held, and that only so far that it tears nothing.
 
         Raises MeshError, LatticeError for a wrong rest, and DeviceError for an unknown device.
         """
@@ -434,6 +540,22 @@ class Lattice:
         Sets of control points (K, nu, nv, nw, 3) mixed by weights (K,), float64 (nu, nv, nw, 3): rest + sum of weight (set - rest), as
         relative shape keys are. Weights that sum to 1 interpolate between the sets; any finite ones are allowed (Ferrier). Raises
         LatticeError.
+        """
+    @staticmethod
+    def box(
+        centre: ArrayLike,
+        axes: ArrayLike | None,
+        half_widths: ArrayLike,
+        shape: ArrayLike | None = None,
+        basis: Literal["bernstein", "bspline", "blender"] = ...,
+        degree: ArrayLike | None = None,
+        knots: Literal["uniform", "clamped"] | Sequence[ArrayLike] = ...,
+        weights: ArrayLike | None = None,
+        interpolation: Literal["linear", "cardinal", "catmull-rom", "bspline"] | Sequence[str] | None = None,
+    ) -> Lattice:
+        """
+        A lattice whose domain is a box by its centre (3,), axes (3, 3) rows, of any length, and half_widths (3,) along them (Hoff): from
+        centre - half_widths to centre + half_widths along its axes; None for the coordinate axes. Raises LatticeError.
         """
     @property
     def degree(self, /) -> tuple[int, int, int]:
@@ -485,6 +607,15 @@ class Lattice:
 
         Raises LatticeError.
         """
+    def frozen(self, /, continuity: ArrayLike | None = None, faces: Sequence[str] = ...) -> NDArray[bool_]:
+        """
+        The control points, bool (nu, nv, nw), that must stay at rest for a joint with what does not move beyond some faces, with derivatives
+        up to order `continuity`. faces: of "s0", "s1", "t0", "t1", "u0", "u1", where s is 0, 1 and so on; all if not given.
+
+        Of a B-spline of degree d whose end knot is repeated m times, that is d + 1 - m layers and k - (d - m) more where positive:
+        k + 1 of Bernstein and clamped axes, d of uniform ones up to k = d - 1. Of Blender's: 2 for "bspline" up to k = 2, k + 1 for
+        the others, up to 3, and 2 for "linear". Raises LatticeError.
+        """
     @property
     def interpolation(self, /) -> tuple[str, str, str] | None:
         """
@@ -507,7 +638,7 @@ class Lattice:
     def knots(self, /) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64]]:
         """
         Knots along s, t, u, each float64 (points + degree + 1,), rescaled so that the domain is [0, 1]; those of a Bernstein lattice stand
-        at its ends.
+        at its ends. Of Blender's bases those of the pieces that they are made of, which go beyond.
         """
     def loss_weights(
         self, /, control: ArrayLike, rest: ArrayLike | None = None, floor: SupportsFloat | SupportsIndex = ...
@@ -538,8 +669,10 @@ class Lattice:
         insert: Sequence[ArrayLike | None] | None = None,
     ) -> tuple[Lattice, NDArray[float64]]:
         """
-        The lattice with more control points, and those for the shape that control (nu, nv, nw, 3) gives to this one: `evaluate` takes
-        every parameter where it was, to rounding. Of several sets, (K, nu, nv, nw, 3), each is taken over, as shape keys are.
+        The lattice with more control points, and those for the shape that control (nu, nv, nw, 3) gives to this one: a mesh bound to the
+        one moves as if bound to the other, to rounding, and rest goes to rest. Of several sets, (K, nu, nv, nw, 3), each is taken
+        over, as shape keys are. Weights are refined along, in homogeneous coordinates; `evaluate` stays too where they are equal or
+        None, but not where they are unequal: a rational lattice at rest is not the identity.
 
         degree: to raise it to, one number or three.
         insert: three sequences of parameters in (0, 1), each None for an axis without: knots to insert, after the degree was raised.
@@ -548,7 +681,7 @@ class Lattice:
         by knots in the middles of the longest spans.
 
         A uniform axis whose spans are all divided alike stays uniform, and its outer layers move in; otherwise knots beyond the domain
-        stay. Axes with one control point stay. Raises LatticeError. See Sederberg, CAGD, chapters 2 and 6.
+        stay. Axes with one control point stay. Of Blender's bases only linear ones can be refined, by dividing all spans alike. Raises LatticeError. See Sederberg, CAGD, chapters 2 and 6.
         """
     @property
     def rest(self, /) -> NDArray[float64]:
@@ -564,6 +697,99 @@ class Lattice:
     def weights(self, /) -> NDArray[float64] | None:
         """
         Weights of the control points as given, float64 (nu, nv, nw), or None.
+        """
+
+@final
+class Lattice2D:
+    """
+    A free-form deformation lattice of the plane: a parallelogram with a spline over it.
+
+    shape: number of control points (nu, nv) along s, t; 1 to 64 each, 1 for an axis that does not deform.
+    basis, degree, knots: as of `isochor.Lattice`; degree one number or two, knots a word or two arrays.
+    origin (2,), edges (2, 2) rows: the domain's corner and edge vectors; there (s, t) runs over [0, 1]^2.
+    weights (nu, nv): positive: the lattice is rational, as `isochor.Lattice` with weights.
+
+    Raises LatticeError. See Sederberg, CAGD, sections 14.1 to 14.3.
+    """
+    def __new__(
+        cls,
+        /,
+        shape: ArrayLike | None = None,
+        basis: Literal["bernstein", "bspline", "blender"] = ...,
+        degree: ArrayLike | None = None,
+        knots: Literal["uniform", "clamped"] | Sequence[ArrayLike] = ...,
+        origin: ArrayLike | None = None,
+        edges: ArrayLike | None = None,
+        weights: ArrayLike | None = None,
+    ) -> Lattice2D: ...
+    def __repr__(self, /) -> str: ...
+    @property
+    def basis(self, /) -> str:
+        """
+        "bernstein" or "bspline".
+        """
+    def bind(
+        self,
+        /,
+        vertices: ArrayLike,
+        triangles: ArrayLike | None = None,
+        device: Literal["auto", "cpu", "gpu"] | str = ...,
+        outside: Literal["keep", "extend"] = ...,
+        influence: ArrayLike | None = None,
+    ) -> Binding2D:
+        """
+        Embeds points of the plane, or a flat mesh.
+
+        vertices (V, 2) float32 or float64; results have the same type. triangles (F, 3) integers, or None; only areas need them: they wind
+        one way, and use each edge once in each direction at most. Holes, and several parts, are allowed.
+        device, influence: as of `Lattice.bind`. outside: points beyond the domain stay ("keep": Sederberg) or move with the
+        nearest point of the domain ("extend").
+
+        Raises MeshError, and DeviceError for an unknown device.
+        """
+    @property
+    def degree(self, /) -> tuple[int, int]:
+        """
+        Polynomial degree along s, t.
+        """
+    @property
+    def edges(self, /) -> NDArray[float64]:
+        """
+        Edge vectors of the domain as rows, float64 (2, 2).
+        """
+    def evaluate(self, /, parameters: ArrayLike, control: ArrayLike) -> NDArray[float64]:
+        """
+        Positions, float64 (V, 2), that control points (nu, nv, 2) give to parameters (V, 2). Parameters outside [0, 1] follow the nearest
+        ones inside. Raises LatticeError.
+        """
+    @property
+    def knots(self, /) -> tuple[NDArray[float64], NDArray[float64]]:
+        """
+        Knots along s, t, each float64 (points + degree + 1,), rescaled so that the domain is [0, 1].
+        """
+    @property
+    def origin(self, /) -> NDArray[float64]:
+        """
+        Corner of the domain, float64 (2,).
+        """
+    def parameters(self, /, points: ArrayLike) -> NDArray[float64]:
+        """
+        Parameters (s, t) of points (V, 2), float64 (V, 2); in [0, 1] inside the domain.
+        """
+    @property
+    def rest(self, /) -> NDArray[float64]:
+        """
+        Control points at rest, float64 (nu, nv, 2), index [i, j] along s, t: there the lattice is the identity map.
+        """
+    @property
+    def shape(self, /) -> tuple[int, int]:
+        """
+        Number of control points along s, t.
+        """
+    @property
+    def weights(self, /) -> NDArray[float64] | None:
+        """
+        Weights of the control points as given, float64 (nu, nv), or None.
         """
 
 @final
@@ -608,7 +834,7 @@ class Patches:
         """
         Control points, float64 (K, 3).
         """
-    def tessellate(self, /, level: SupportsIndex) -> Tessellation:
+    def tessellate(self, /, level: ArrayLike) -> Tessellation:
         """
         The mesh of `level` segments, 1 to 1024, along every edge of every patch. Samples that patches share are one vertex, so a closed
         model gives a closed mesh at every level; patches are wound as the first of those that hang together.
@@ -714,6 +940,58 @@ class Preserved:
         """
 
 @final
+class Preserved2D:
+    """
+    A flat mesh deformed with its area corrected: the result of `Binding2D.preserve`.
+    """
+    def __repr__(self, /) -> str: ...
+    @property
+    def area(self, /) -> float:
+        """
+        Signed area, measured on `vertices` in float64; NaN where no triangles were bound.
+        """
+    @property
+    def control(self, /) -> NDArray[float64]:
+        """
+        Corrected control points, float64 (nu, nv, 2).
+        """
+    @property
+    def device(self, /) -> str:
+        """
+        What computed: "cpu" or "gpu".
+        """
+    @property
+    def distance(self, /) -> float:
+        """
+        How far the correction moved the control points: sqrt(sum of weight times squared distance).
+        """
+    @property
+    def error(self, /) -> float:
+        """
+        |area - target| / |target|.
+        """
+    @property
+    def iterations(self, /) -> int:
+        """
+        Rounds over the axes, steps or iterations, as of `Preserved`.
+        """
+    @property
+    def method(self, /) -> str:
+        """
+        What ran, after any fall-back: "balanced", "sweep", "gradient" or "nearest".
+        """
+    @property
+    def target(self, /) -> float:
+        """
+        Area that was aimed at, after `amount`.
+        """
+    @property
+    def vertices(self, /) -> NDArray[float32 | float64]:
+        """
+        Deformed points (V, 2), in the type of those bound.
+        """
+
+@final
 class Refined:
     """
     A mesh that is split where deformed space bends: the result of `tessellate`.
@@ -775,7 +1053,7 @@ class Surface:
     """
     def __len__(self, /) -> int: ...
     def __new__(
-        cls, /, offsets: ArrayLike, columns: ArrayLike, weights: ArrayLike, point_count: SupportsIndex | None = None
+        cls, /, offsets: ArrayLike, columns: ArrayLike, weights: ArrayLike, point_count: ArrayLike | None = None
     ) -> Surface: ...
     def __repr__(self, /) -> str: ...
     def apply(self, /, points: ArrayLike) -> NDArray[float64]:
@@ -841,6 +1119,44 @@ class Tessellation:
         Triangles, int32 (F, 3), counter-clockwise seen from the side of the normals.
         """
 
+@final
+class Tie:
+    """
+    Two adjacent lattices that stay joined across a common face: the control points of one follow those of the other (Ferrier's blocks side
+    by side).
+
+    face_a, face_b: "s0", "s1", "t0", "t1", "u0" or "u1": where that parameter is 0 or 1. At rest they must coincide; axes along them may
+    be numbered and run otherwise in the two lattices, but must have the same points, degrees and knots. continuity: 0 for joined places (if not given),
+    1 for joined tangents, 2 for joined curvature; from 1 on the edges across the face must be parallel.
+
+    Raises LatticeError, with how far apart the faces are where they do not coincide.
+    """
+    def __new__(
+        cls, /, lattice_a: Lattice, face_a: str, lattice_b: Lattice, face_b: str, continuity: ArrayLike | None = None
+    ) -> Tie: ...
+    def __repr__(self, /) -> str: ...
+    def apply(
+        self, /, leader_control: ArrayLike, follower_control: ArrayLike, leader: Literal["a", "b"] = ...
+    ) -> NDArray[float64]:
+        """
+        The follower's control points, float64 (nu, nv, nw, 3), changed least such that the joint is C^continuity:
+        sqrt(sum of squared distances). Only its outer layers at the face change: continuity + 1 of a Bernstein or clamped axis, as many
+        as its degree of a uniform one.
+
+        leader_control, follower_control (nu, nv, nw, 3): those of lattice_a and lattice_b if leader is "a", else the other way round.
+        Raises LatticeError.
+        """
+    @property
+    def continuity(self, /) -> int:
+        """
+        The continuity that the joint gets.
+        """
+    def gaps(self, /, control_a: ArrayLike, control_b: ArrayLike) -> NDArray[float64]:
+        """
+        How far the joint is from C^0, C^1 and so on, float64 (continuity + 1,): the largest difference of derivatives of that order
+        across the face, measured in lattice_a's edge across it. control_a, control_b (nu, nv, nw, 3). Raises LatticeError.
+        """
+
 def bent_edges(
     lattice: Lattice,
     vertices: ArrayLike,
@@ -869,6 +1185,24 @@ def devices() -> list[Device]:
     Lists the devices, best first: graphics cards, software rasterisers, and the CPU, which is always there.
     """
 
+def oriented_box(
+    points: ArrayLike, like: ArrayLike | None = None
+) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64]]:
+    """
+    The smallest box that a search finds around points (V, 3): its centre (3,), its axes as orthonormal, right-handed rows (3, 3), and
+    its half-widths along them (3,), all float64.
+
+    like: directions as rows (3, 3). The axes come in the order, and point the way, that is nearest to them, and where no box is smaller
+    than the one along them, that is it. None for the coordinate axes.
+
+    About a given axis the smallest box has a side along an edge of the points' outline as seen along it: the search turns the box so
+    about each of its axes in turn until it gets no smaller, from the given directions, the principal axes, and directions spread over the
+    sphere. It finds the smallest box for a box however turned; elsewhere it may miss the very smallest by a little. Flat points have a
+    flat box, a single point one of size 0: `Lattice.around` with fit="oriented" widens those.
+
+    Raises LatticeError.
+    """
+
 def prepare_in_background(allowed: bool) -> None:
     """
     Allows (True, at the start) or forbids, for the whole process, that corrections on the CPU become independent of the number of
@@ -882,7 +1216,7 @@ def tessellate(
     triangles: ArrayLike,
     control: ArrayLike,
     tolerance: SupportsFloat | SupportsIndex,
-    levels: SupportsIndex = ...,
+    levels: ArrayLike | None = None,
     *,
     outside: Literal["keep", "extend"] = ...,
     influence: ArrayLike | None = None,
@@ -893,7 +1227,7 @@ def tessellate(
     quarter, a half and three quarters of every edge, and in the middle of every face.
 
     vertices (V, 3), triangles (F, 3), before the deformation; control (nu, nv, nw, 3); tolerance: a distance after it. levels: how often
-    an edge is halved at most, up to 12. outside, influence (V,) and rest (nu, nv, nw, 3): as in `Lattice.bind`; influence runs from end
+    an edge is halved at most, 0 to 12; 6 if not given. outside, influence (V,) and rest (nu, nv, nw, 3): as in `Lattice.bind`; influence runs from end
     to end of an edge. With float32 vertices no tolerance below a millionth of the lattice's size is reached.
 
     There are no cracks: whether an edge is split does not depend on the face that one looks at. In a face with a split edge the longest is
