@@ -9,8 +9,7 @@ from .node_layer import Layer, Socket
 INCOMING = ".isochor_incoming_"
 """Point, vector: positions that entered. A leading dot hides an attribute in Blender's lists; the slot follows."""
 MARKS = {"MESH": "", "CURVE": "c", "POINTCLOUD": "p"}
-"""What stands before the slot, by kind of geometry: modifiers that follow may make curves of a mesh, with its attributes.
-"""
+"""What stands before the slot, by kind of geometry: modifiers that follow may make curves of a mesh, with its marks."""
 LEFT, RIGHT = ".isochor_left_", ".isochor_right_"
 """Point, vector: handles of Bézier curves that entered; of other curves among such their points again."""
 ORDER = ".isochor_order_"
