@@ -23,7 +23,8 @@ def contains(box, points: Array, slack: float = 1e-9) -> None:
     np.testing.assert_allclose(axes @ axes.T, np.eye(3), rtol=0, atol=1e-12)
     assert np.linalg.det(axes) > 0
     local = (points - centre) @ axes.T
-    assert np.all(np.abs(local) <= halves + slack * max(halves.max(), 1e-300))
+    rounding = 8 * np.finfo(np.float64).eps * np.abs(points).max()
+    assert np.all(np.abs(local) <= halves + slack * halves.max() + rounding)
     spread = np.maximum(local.max(axis=0), -local.min(axis=0))
     np.testing.assert_allclose(spread, halves, rtol=0, atol=1e-9 * max(halves.max(), 1e-300))
 

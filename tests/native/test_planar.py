@@ -156,7 +156,7 @@ def test_points_outside_stay_or_follow():
     kept = lattice.bind(points, device="cpu").deform(moved)
     np.testing.assert_allclose(kept - points, [(1, 0), (0, 0), (0, 0)], atol=1e-14)
     followed = lattice.bind(points, device="cpu", outside="extend").deform(moved)
-    np.testing.assert_allclose(followed - points, (1, 0), atol=1e-14)
+    np.testing.assert_allclose(followed - points, [(1, 0)] * 3, atol=1e-14)
 
 
 def test_on_every_device_the_same_area():

@@ -116,7 +116,7 @@ def test_what_is_bound_to_a_rational_lattice_moves_as_before(spec):
     knots = {} if plain.basis == "bernstein" else {"degree": [max(d, 1) for d in plain.degree], "knots": plain.knots}
     lattice = Lattice(plain.shape, plain.basis, origin=plain.origin, edges=plain.edges, weights=weights, **knots)
     control = lattices.noisy(spec, 0.7) if spec in SOLID.values() else lattice.rest + 0.3
-    insert = [[0.4] if n > 1 else None for n in lattice.shape]
+    insert = [[0.41] if n > 1 else None for n in lattice.shape]
     finer, fine_control = lattice.refine(control, degree=[d + 1 if d else 0 for d in lattice.degree], insert=insert)
     assert finer.weights.shape == finer.shape
     points = lattices.points_inside(spec)

@@ -111,10 +111,16 @@ impl Lattice {
                 self.shape()
             )));
         }
-        if let Some(i) = weights.iter().position(|w| !(w.is_finite() && *w > 0.0)) {
+        let is_bad = |w: &f64| !(w.is_finite() && *w > 0.0);
+        if let Some(i) = weights.iter().position(is_bad) {
+            let [_, nv, nw] = self.shape();
             return Err(Error::Lattice(format!(
-                "weights: found {} at control point {i}, expected positive, finite numbers",
-                number(weights[i])
+                "weights: found {} at [{}, {}, {}], the first of {} that are not positive, finite numbers",
+                number(weights[i]),
+                i / (nv * nw),
+                i / nw % nv,
+                i % nw,
+                weights.iter().copied().filter(is_bad).count()
             )));
         }
         let (low, high) =

@@ -11,7 +11,7 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use pyo3::{type_hint_identifier, type_hint_subscript};
 
 use crate::arrays::{Argument, ArrayLike, NdArray, OfVertices};
-use crate::binding::{Binding, Precise, VertexRows, changed_precision, indices, influences, rest_of};
+use crate::binding::{Binding, Precise, VertexRows, changed_precision, indices, influences, orders, rest_of};
 use crate::bodies::BodiesLike;
 use crate::errors::to_python;
 use crate::lattice::LatticeLike;
@@ -92,10 +92,11 @@ fn binding_options(options: &Bound<'_, PyDict>, lattice: &CoreLattice) -> PyResu
             "rest" => bind.rest = Some(rest_of(&array, lattice.shape())?),
             "bodies" => bind.bodies = value.extract::<BodiesLike>()?.0,
             "caps" => bind.caps = value.extract()?,
+            "continuity" => bind.continuity = Some(orders(&array)?),
             "surface" => bind.surface = Some(value.extract::<SurfaceLike>()?.0),
             other => {
                 return Err(Argument::lattice("options").error(format!(
-                    "found {other:?}, expected outside, influence or rest; for the last lattice bodies, caps or surface too"
+                    "found {other:?}, expected outside, influence, rest or continuity; for the last lattice bodies, caps or surface too"
                 )));
             }
         }
@@ -252,7 +253,7 @@ impl Chain {
     /// Deforms, and corrects the last lattice's control points so that the volume of what leaves the chain is that of the vertices given, or
     /// `target`. options: those of `Binding.preserve`, for the last lattice; so are `control` and all else of the result. Raises as
     /// `Binding.preserve` does.
-    #[pyo3(signature = (controls, **options))]
+    #[pyo3(signature = (controls, **options: "Any"))]
     fn preserve<'py>(
         &self,
         py: Python<'py>,
