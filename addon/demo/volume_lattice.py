@@ -32,7 +32,8 @@ def add_volume_lattice(
 def find_volume_lattice(ball: bpy.types.Object) -> bpy.types.NodesModifier:
     """The extension's modifier on `ball`."""
     for modifier in ball.modifiers:
-        if modifier.type == "NODES" and modifier.name.startswith(MODIFIER_NAME):
+        group = modifier.node_group if modifier.type == "NODES" else None
+        if group is not None and group.name.startswith(MODIFIER_NAME):
             return modifier
     present = ", ".join(modifier.name for modifier in ball.modifiers) or "none"
     raise DemoError(f"{ball.name!r} has no modifier {MODIFIER_NAME!r} (it has: {present}); make the fixture again.")

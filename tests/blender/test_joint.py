@@ -64,7 +64,8 @@ def test_the_displacement_vanishes_with_the_order_of_the_joint(basis, joint, pre
     assert found[-0.2] == found[-0.6] == 0.0
     # One-sided: halving the distance divides the displacement by 2 to the order, ever more closely.
     near = np.log2(found[0.1] / found[0.05])
-    assert near == pytest.approx(ORDER[joint], abs=0.35)
+    # A cubic B-spline meets what stays with C2 as soon as it meets it at all.
+    assert near == pytest.approx(3 if basis == "B-Spline" else ORDER[joint], abs=0.35)
     assert found[1.0] > 0.02
     if preserve:
         assert abs(scenes.evaluated_volume(obj) / scenes.volume(obj.data) - 1) <= 1e-6
@@ -74,6 +75,7 @@ def test_free_tears_and_the_lattice_off_the_mesh_is_not_held():
     obj, rings, modifier = scene("Bernstein")
     assert moved(obj, rings)[0.0] > 0.01
     scenes.set_input(modifier, "Joint", "C2")
+    scenes.set_input(modifier, "Preserve", 1.0)
     assert moved(obj, rings)[1.0] > 0.01
     report = scenes.report(obj, modifier)
     rest = scenes.part("core.grid").build_lattice(report.grid).rest

@@ -99,7 +99,7 @@ def test_double_computes_on_the_cpu_whatever_the_device(preferences):
 def test_double_with_a_chain_of_modifiers_and_without_correction(preferences):
     preferences.precision = "DOUBLE"
     ball, lattice, modifier = squashed_ball(Preserve=0.0)
-    second = scenes.volume_lattice(ball, scenes.lattice_object(4, name="Second"), Reference="Incoming")
+    second = scenes.volume_lattice(ball, scenes.lattice_object(4, name="Second"), Preserve=0.0)
     bpy.context.scene.frame_set(6)
     assert not scenes.report(ball, modifier).problems
     assert not scenes.report(ball, second).problems

@@ -26,7 +26,7 @@ def contains(box, points: Array, slack: float = 1e-9) -> None:
     rounding = 8 * np.finfo(np.float64).eps * np.abs(points).max()
     assert np.all(np.abs(local) <= halves + slack * halves.max() + rounding)
     spread = np.maximum(local.max(axis=0), -local.min(axis=0))
-    np.testing.assert_allclose(spread, halves, rtol=0, atol=1e-9 * max(halves.max(), 1e-300))
+    np.testing.assert_allclose(spread, halves, rtol=0, atol=1e-9 * halves.max() + rounding)
 
 
 def clouds():

@@ -55,7 +55,8 @@ def jumps(staged: Staged) -> tuple[float, float]:
     """What happens to one upright line of the skin where it enters the lattice, in scene units: how far it is torn
     apart, and by how many degrees it turns. From a cubic through the first points within; below it stands still."""
     seen = staged.object.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    rest, moved = (skin_line(mesh) for mesh in (staged.object.data, seen.data))
+    line = skin_line(staged.object.data)
+    rest, moved = (mesh_arrays(mesh)[0][line].astype(np.float64) for mesh in (staged.object.data, seen.data))
     scale = staged.object.scale.z
     height, aside = scale * rest[:, 2], scale * np.linalg.norm((moved - rest)[:, :2], axis=1)
     face = staged.lattice.location.z - staged.lattice.scale.z / 2.0
@@ -65,9 +66,10 @@ def jumps(staged: Staged) -> tuple[float, float]:
 
 
 def skin_line(mesh: bpy.types.Mesh) -> np.ndarray:
-    """The places (n, 3) of the points of one upright line of the column's side, from the bottom up."""
-    line = mesh_arrays(mesh)[0][0:-2:SIDES].astype(np.float64)
-    wide = np.hypot(line[:, 0], line[:, 1])
+    """The numbers of the vertices of one upright line of the undeformed column's side, from the bottom up."""
+    places = mesh_arrays(mesh)[0]
+    line = np.arange(0, len(places) - 2, SIDES)
+    wide = np.hypot(places[line, 0], places[line, 1])
     return line[wide > 0.9 * wide.max()]
 
 

@@ -49,7 +49,7 @@ class PatchDeformation:
         import isochor
 
         elephant = make_elephant()
-        found = isochor.Patches(elephant.points, elephant.patches).tessellate(LEVEL)
+        found = isochor.Patches(elephant.points, elephant.patches.transpose(0, 2, 1)).tessellate(LEVEL)
         self.surface, self.triangles = found.surface, found.triangles
         self.rest = self.surface.apply(elephant.points)
         self.whole = enclosed_volume(self.rest, self.triangles)

@@ -252,7 +252,7 @@ class Chain:
         Vertices (V, 3), in the type of those given, that control points of each lattice, a list of (nu, nv, nw, 3), give: each deforms what
         leaves the one before. Raises LatticeError.
         """
-    def preserve(self, /, controls: Sequence[ArrayLike], **options: "Any") -> Preserved:
+    def preserve(self, /, controls: Sequence[ArrayLike], **options: Any) -> Preserved:
         """
         Deforms, and corrects the last lattice's control points so that the volume of what leaves the chain is that of the vertices given, or
         `target`. options: those of `Binding.preserve`, for the last lattice; so are `control` and all else of the result. Raises as
