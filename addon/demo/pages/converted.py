@@ -63,11 +63,15 @@ def squashing_lattice(obj: bpy.types.Object) -> bpy.types.Object:
     lattice = bpy.data.objects.new("Lattice", data)
     points = mesh_arrays(obj.data)[0]
     lattice.location = (points.max(axis=0) + points.min(axis=0)) / 2.0
-    lattice.scale = 1.02 * np.ptp(points, axis=0)
+    # A resolution set by a script leaves Blender's grid as large as its steps were: brought back to the unit cube.
+    grid = np.array([point.co for point in data.points])
+    wide = np.ptp(grid, axis=0)
+    lattice.scale = 1.02 * np.ptp(points, axis=0) / wide
     for point in data.points:
-        x, y, z = point.co
+        x, y, z = np.array(point.co) / wide
         up = z + 0.5
         point.co_deform = (x * (1.0 - 0.1 * up) + 0.16 * up**2, y * (1.0 - 0.15 * up), up * (0.7 - 0.35 * x) - 0.5)
+        point.co_deform = wide * point.co_deform
     return lattice
 
 

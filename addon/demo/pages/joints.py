@@ -34,7 +34,7 @@ def tiles(scene: bpy.types.Scene) -> Iterator[Tile]:
         staged = half_held(scene)
         staged.put(Outside=outside, Joint=joint)
         draw_lattice(staged.lattice)
-        yield staged.tile(caption, note=jump_words(jumps(staged)))
+        yield staged.tile(caption, note="all moves" if outside == "Extend" else jump_words(jumps(staged)))
 
 
 def half_held(scene: bpy.types.Scene) -> Staged:

@@ -29,7 +29,7 @@ SLIM, TALL = 0.4, 1.5
 LIGHT = 1.0 / 3.0
 """Weight of the two inner layers of a cubic half circle, where the outer ones weigh 1."""
 SLAB_VIEW = View(turn=25.0, rise=16.0, height=0.75, distance=9.5, size=(520, 350))
-BAR_VIEW = View(turn=0.0, rise=8.0, height=0.85, distance=9.5, size=(520, 350))
+BAR_VIEW = View(turn=0.0, rise=8.0, height=1.35, distance=12.5, size=(520, 350))
 
 
 def tiles(scene: bpy.types.Scene) -> Iterator[Tile]:
