@@ -142,7 +142,7 @@ fn weights_that_are_none_are_refused_by_name() {
     for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let mut weights = vec![1.0; 64];
         weights[5] = wrong;
-        assert!(said(weights).contains("at control point 5, expected positive, finite"), "{wrong}");
+        assert!(said(weights).contains("the first of 1 that are not positive, finite"), "{wrong}");
     }
     let mut weights = vec![1.0; 64];
     weights[5] = 1e-7;
