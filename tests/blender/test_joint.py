@@ -75,7 +75,6 @@ def test_free_tears_and_the_lattice_off_the_mesh_is_not_held():
     obj, rings, modifier = scene("Bernstein")
     assert moved(obj, rings)[0.0] > 0.01
     scenes.set_input(modifier, "Joint", "C2")
-    scenes.set_input(modifier, "Preserve", 1.0)
     assert moved(obj, rings)[1.0] > 0.01
     report = scenes.report(obj, modifier)
     rest = scenes.part("core.grid").build_lattice(report.grid).rest

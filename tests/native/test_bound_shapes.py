@@ -231,3 +231,18 @@ def test_degenerate_shapes_hold_nothing_and_break_nothing():
         assert binding.outside_count == len(vertices)
         np.testing.assert_array_equal(binding.deform(Spec().rest), vertices)
     assert Spec().build().invert(np.zeros((0, 3)), Spec().rest)[0].shape == (0, 3)
+
+
+def test_what_is_held_is_what_deforms():
+    """The frozen layers of a joint are at rest in `held`, and deforming by it is deforming by what was asked for."""
+    lattice = isochor.Lattice(shape=(6, 4, 4))
+    random = np.random.default_rng(3)
+    points = random.random((80, 3)) * (1.5, 1, 1)
+    control = lattice.rest + random.normal(0, 0.1, lattice.rest.shape)
+    joined = lattice.bind(points, continuity=1)
+    held = joined.held(control)
+    frozen = lattice.frozen(1, ("s1",))
+    np.testing.assert_array_equal(held[frozen], lattice.rest[frozen])
+    np.testing.assert_array_equal(held[~frozen], control[~frozen])
+    np.testing.assert_array_equal(joined.deform(control), joined.deform(held))
+    np.testing.assert_array_equal(lattice.bind(points).held(control), control)

@@ -41,6 +41,8 @@ class Report:
     grid: Grid | None = field(default=None, repr=False)
     bound: Embedding | None = field(default=None, repr=False)
     asked: NDArray[np.float64] | None = field(default=None, repr=False)
+    held: NDArray[np.float64] | None = field(default=None, repr=False)
+    """The control points asked for, those of layers that a joint freezes at rest; None where there is none."""
     result: isochor.Preserved | None = field(default=None, repr=False)
     keeps_volume: bool = False
     has_surface: bool = True
@@ -57,7 +59,9 @@ class Report:
     @property
     def control(self) -> NDArray[np.float64] | None:
         """(nu, nv, nw, 3) control points that shaped the mesh, corrected where it was, in the object's own space."""
-        return self.asked if self.result is None else np.asarray(self.result.control)
+        if self.result is not None:
+            return np.asarray(self.result.control)
+        return self.asked if self.held is None else self.held
 
     @property
     def vertices(self) -> NDArray[Any] | None:

@@ -116,6 +116,7 @@ class Solver:
             grid=request.grid,
             bound=request.bound,
             asked=request.control,
+            held=None if request.continuity is None else np.asarray(binding.held(request.control)),
             problems=problems,
             pins=request.pins,
             has_surface=request.has_surface,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //! `isochor.Binding`.
 
+use std::borrow::Cow;
 use std::sync::{Arc, PoisonError, RwLock};
 
 use isochor_core::{Bind, Binding as Core, Lattice as CoreLattice, Measure, Outside, Preserve};
@@ -283,6 +284,16 @@ impl Binding {
         let (shape, rest) =
             self.read(py, |precise| either!(precise, core => (core.lattice().shape(), core.rest())));
         NdArray::points(py, &rest, &[shape[0], shape[1], shape[2], 3])
+    }
+
+    /// The control points that count of those given, float64 (nu, nv, nw, 3): where `continuity` was given to bind, the layers that it
+    /// freezes are at rest. Raises LatticeError.
+    fn held<'py>(&self, py: Python<'py>, control: ArrayLike<'py>) -> PyResult<NdArray<'py, f64>> {
+        let shape = self.shape(py);
+        let control = Argument::lattice("control").control(&control, shape)?;
+        let held =
+            self.read(py, |precise| either!(precise, core => core.held(&control).map(Cow::into_owned)));
+        NdArray::points(py, &held.map_err(to_python)?, &[shape[0], shape[1], shape[2], 3])
     }
 
     /// Number of vertices beyond the lattice's domain, or nowhere inside the lattice where it was bound in a shape.

@@ -75,6 +75,11 @@ class Binding:
         """
         The same by the name it has in devices().
         """
+    def held(self, /, control: ArrayLike) -> NDArray[float64]:
+        """
+        The control points that count of those given, float64 (nu, nv, nw, 3): where `continuity` was given to bind, the layers that it
+        freezes are at rest. Raises LatticeError.
+        """
     @property
     def outside_count(self, /) -> int:
         """
