@@ -21,6 +21,7 @@ os.environ.setdefault(USER_RESOURCES, tempfile.mkdtemp(prefix="isochor-fixture-"
 import bounce  # noqa: E402
 import bpy  # noqa: E402
 from ball_object import make_ball  # noqa: E402
+from fixture_file import save  # noqa: E402
 from lattice_animation import animate, shape_lattice  # noqa: E402
 from stage import set_stage  # noqa: E402
 from volume_lattice import add_volume_lattice  # noqa: E402
@@ -64,8 +65,7 @@ def main() -> None:
     enable_cycles()
     install_extension(chosen.zip.resolve())
     make_scene()
-    bpy.ops.wm.save_as_mainfile(filepath=str(chosen.output.resolve()), compress=True, copy=True)
-    print(f"{chosen.output}: {chosen.output.stat().st_size / 1e6:.2f} MB, Blender {bpy.app.version_string}")
+    save(chosen.output)
 
 
 if __name__ == "__main__":

@@ -27,28 +27,10 @@ os.environ.setdefault(USER_RESOURCES, tempfile.mkdtemp(prefix="isochor-car-"))
 import bpy  # noqa: E402
 from car_crash import Crash  # noqa: E402
 from figure_stage import View, set_view  # noqa: E402
+from frame_strip import render_strip  # noqa: E402
 
 STRIP_FRAMES = (1, 6, 10, 12, 14, 18)
 VIEW = View(turn=-40.0, rise=19.0, height=0.55, distance=15.0, size=(400, 280))
-
-
-def make_strip(output: Path) -> None:
-    """Renders STRIP_FRAMES of the open scene side by side."""
-    from PIL import Image
-
-    scene = bpy.context.scene
-    set_view(scene, VIEW)
-    pictures = []
-    with tempfile.TemporaryDirectory() as folder:
-        for frame in STRIP_FRAMES:
-            scene.frame_set(frame)
-            scene.render.filepath = f"{folder}/{frame:04d}.png"
-            bpy.ops.render.render(write_still=True)
-            pictures.append(Image.open(scene.render.filepath).convert("RGB"))
-    strip = Image.new("RGB", (sum(picture.width for picture in pictures), pictures[0].height))
-    for number, picture in enumerate(pictures):
-        strip.paste(picture, (number * picture.width, 0))
-    strip.save(output)
 
 
 def main() -> None:
@@ -64,7 +46,8 @@ def main() -> None:
     if chosen.output:
         bpy.ops.wm.save_as_mainfile(filepath=str(chosen.output.resolve()), compress=True)
     if chosen.strip:
-        make_strip(chosen.strip)
+        set_view(bpy.context.scene, VIEW)
+        render_strip(STRIP_FRAMES, chosen.strip)
 
 
 if __name__ == "__main__":

@@ -26,6 +26,7 @@ os.environ.setdefault(USER_RESOURCES, tempfile.mkdtemp(prefix="isochor-jelly-"))
 
 import bpy  # noqa: E402
 from ball_object import make_ball  # noqa: E402
+from frame_strip import render_strip  # noqa: E402
 from mathutils import Vector  # noqa: E402
 from stage import set_stage  # noqa: E402
 from volume_lattice import find_volume_lattice, get_input  # noqa: E402
@@ -34,6 +35,7 @@ FRAME_START, FRAME_END = 1, 96
 HEIGHT = 2.6  # of the ball's middle; its radius is 1
 SIDEWAYS = (0.15, 0.0, 0.0)
 STRIP_FRAMES = (1, 12, 16, 19, 23, 28, 34, 40, 48, 90)
+STRIP_SIZE = (240, 280)
 LATTICE_POINTS = (4, 4, 4)
 
 
@@ -67,25 +69,6 @@ def finished(outcome: set[str], operator: str) -> None:
         raise DemoError(f"{operator} answered {outcome}, expected FINISHED.")
 
 
-def make_strip(output: Path) -> None:
-    """Renders STRIP_FRAMES of the open scene side by side."""
-    from PIL import Image
-
-    scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = 240, 280
-    pictures = []
-    with tempfile.TemporaryDirectory() as folder:
-        for frame in STRIP_FRAMES:
-            scene.frame_set(frame)
-            scene.render.filepath = f"{folder}/{frame:04d}.png"
-            bpy.ops.render.render(write_still=True, scene=scene.name)
-            pictures.append(Image.open(scene.render.filepath).convert("RGB"))
-    strip = Image.new("RGB", (sum(picture.width for picture in pictures), pictures[0].height))
-    for number, picture in enumerate(pictures):
-        strip.paste(picture, (number * picture.width, 0))
-    strip.save(output)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--zip", type=Path, required=True, help="the built extension")
@@ -101,7 +84,8 @@ def main() -> None:
     if chosen.output:
         bpy.ops.wm.save_as_mainfile(filepath=str(chosen.output.resolve()), compress=True, copy=True)
     if chosen.strip:
-        make_strip(chosen.strip.resolve())
+        bpy.context.scene.render.resolution_x, bpy.context.scene.render.resolution_y = STRIP_SIZE
+        render_strip(STRIP_FRAMES, chosen.strip.resolve())
 
 
 if __name__ == "__main__":

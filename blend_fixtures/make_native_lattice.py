@@ -5,7 +5,6 @@ Blender's own Lattice modifier, to be converted.
 Needs the bpy module (4.5 to write the committed file, so that 4.5 and later open it).
 """
 
-import argparse
 import sys
 from pathlib import Path
 
@@ -13,7 +12,8 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "addon" / "demo")]
 
 import bpy  # noqa: E402
-from blender_session import command_arguments, run_and_leave  # noqa: E402
+from blender_session import run_and_leave  # noqa: E402
+from fixture_file import make  # noqa: E402
 from models.elephant import elephant_mesh  # noqa: E402
 from models.materials import elephant_material  # noqa: E402
 from models.model_object import model_object  # noqa: E402
@@ -42,13 +42,7 @@ def make_scene() -> bpy.types.Object:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--output", type=Path, default=HERE / "native_lattice.blend")
-    chosen = parser.parse_args(command_arguments())
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    make_scene()
-    bpy.ops.wm.save_as_mainfile(filepath=str(chosen.output.resolve()), compress=True, copy=True)
-    print(f"{chosen.output}: {chosen.output.stat().st_size / 1e6:.2f} MB, Blender {bpy.app.version_string}")
+    make(make_scene, HERE / "native_lattice.blend", __doc__.splitlines()[0])
 
 
 if __name__ == "__main__":

@@ -6,19 +6,22 @@ Points are given as displacements from the undeformed grids, in the space of bot
 nothing follows. Faces are named as in ``isochor.Lattice.frozen``: s0 and s1 are first and last along the first axis.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+import isochor
+
 from . import problem
-from .grid import Grid, degrees, domain_box
+from .grid import Grid, build_lattice, domain_box
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-Share = tuple[float, ...]
+Side = Literal["a", "b"]
 
 FACES = ("s0", "s1", "t0", "t1", "u0", "u1")
 NEAR = 1e-3
@@ -70,26 +73,6 @@ class Face:
         u, v = (count for axis, count in enumerate(self.grid.shape) if axis != place(self.name)[0])
         return u, v
 
-    def rows(self, continuity: int) -> Array:
-        """(continuity + 1, n) what of n layers, first to last, makes the value at the face, and its derivative along
-        ``outward`` by length."""
-        axis, end = place(self.name)
-        count = self.grid.shape[axis]
-        value, slope, cells = self._start(axis, count)
-        found = np.zeros((2, count))
-        found[0, : len(value)] = value
-        found[1, : len(slope)] = np.multiply(slope, -cells / np.linalg.norm(self.outward))
-        return found[: continuity + 1, :: -1 if end else 1]
-
-    def _start(self, axis: int, count: int) -> tuple[Share, Share, int]:
-        """Value and derivative by cells at the start of an axis, in its first layers, and how many cells it has."""
-        if self.grid.basis == "B-Spline":
-            degree = degrees(self.grid.shape)[axis]
-            return *UNIFORM[degree], count - degree
-        if self.grid.basis == "Blender" and self.grid.interpolation is not None:
-            return *NATIVE[self.grid.interpolation[axis]], count - 1
-        return (1.0,), (1.0 - count, count - 1.0), 1
-
     @property
     def types(self) -> tuple[str, ...]:
         """How points blend along the two axes of the face, where that is Blender's own business."""
@@ -98,27 +81,12 @@ class Face:
 
     def held(self, continuity: int) -> Mask:
         """(nu, nv, nw) the points that shape the joint."""
-        layers = np.any(self.rows(continuity) != 0.0, axis=0)
-        shape = [1, 1, 1]
-        shape[place(self.name)[0]] = -1
-        return np.broadcast_to(layers.reshape(shape), self.grid.shape)
+        return build_lattice(replace(self.grid, to_object=np.eye(4))).frozen(continuity, (self.name,))
 
+    def layers(self, continuity: int) -> int:
+        """How many layers those are."""
+        return int(np.moveaxis(self.held(continuity), place(self.name)[0], 0).any(axis=(1, 2)).sum())
 
-UNIFORM: dict[int, tuple[Share, Share]] = {
-    0: ((1.0,), (0.0,)),
-    1: ((1.0, 0.0), (-1.0, 1.0)),
-    2: ((1 / 2, 1 / 2), (-1.0, 1.0)),
-    3: ((1 / 6, 4 / 6, 1 / 6), (-1 / 2, 0.0, 1 / 2)),
-}
-"""Of uniform B-splines by degree: value and derivative by cells at the start of the domain, in the first layers."""
-
-NATIVE: dict[str, tuple[Share, Share]] = {
-    "KEY_LINEAR": ((1.0,), (-1.0, 1.0)),
-    "KEY_CARDINAL": ((1.0,), (-0.71, 0.71)),
-    "KEY_CATMULL_ROM": ((1.0,), (-0.5, 0.5)),
-    "KEY_BSPLINE": ((5 / 6, 1 / 6), (-1 / 2, 1 / 2)),
-}
-"""The same at the first point of Blender's own lattice, beyond which the first layer counts once more."""
 
 Turn = tuple[bool, bool, bool]
 """Whether to swap the two axes of a face, then to reverse the first, then the second."""
@@ -179,29 +147,47 @@ class Tie:
             raise problem.Problem(problem.tied_counts(*names, a.counts, b.counts))
         if continuity > 0 and np.linalg.norm(unit(a.outward) + unit(b.outward)) > PARALLEL:
             raise problem.Problem(problem.tied_askew(*names))
-        self.a, self.b, self._continuity = a, b, continuity
+        one = _built(a.grid, _moved(a.grid, -a.corners[0, 0]), names[0])
+        other = _built(b.grid, self._put_onto(a, b), names[1])
+        self._rest = {"a": one.rest, "b": other.rest}
+        self._native = isochor.Tie(one, a.name, other, b.name, continuity)
 
-    def follow(self, leader: Array, follower: Array, leads: str) -> Array:
+    def follow(self, leader: Array, follower: Array, leads: Side) -> Array:
         """The follower's displacements (nu, nv, nw, 3), with the least change that continues the leader's; ``leads``
         is "a" or "b"."""
-        first, second = (self.a, self.b) if leads == "a" else (self.b, self.a)
-        axis, other = place(first.name)[0], place(second.name)[0]
-        wanted = np.einsum("rk,k...->r...", first.rows(self._continuity), np.moveaxis(leader, axis, 0))
-        wanted[1:] *= -1.0
-        wanted = np.stack([self._seen(layer, leads) for layer in wanted])
-        rows, layers = second.rows(self._continuity), np.moveaxis(follower, other, 0)
-        missing = wanted - np.einsum("rk,k...->r...", rows, layers)
-        change = np.einsum("kr,r...->k...", np.linalg.pinv(rows), missing)
-        change[~np.any(rows != 0.0, axis=0)] = 0.0
-        return np.asarray(follower + np.moveaxis(change, 0, other))
+        rest = self._rest["b" if leads == "a" else "a"]
+        return self._native.apply(self._rest[leads] + leader, rest + follower, leads) - rest
 
-    def _seen(self, layer: Array, leads: str) -> Array:
-        """A layer of the leader in the follower's order."""
-        if leads == "b":
-            return turned(layer, self._turn)
+    def _put_onto(self, a: Face, b: Face) -> Array:
+        """4x4: the space of block b into one in which its face is that of block a, whose first corner is the origin.
+        Only lengths and the order of points matter to a joint: what the faces miss each other by is left out."""
         swap, first, second = self._turn
-        flipped = layer[:: -1 if first else 1, :: -1 if second else 1]
-        return flipped.swapaxes(0, 1) if swap else flipped
+        flipped = (a.corners - a.corners[0, 0])[:: -1 if first else 1, :: -1 if second else 1]
+        corners = flipped.swapaxes(0, 1) if swap else flipped
+        axis, end = place(b.name)
+        out = -unit(a.outward) * np.linalg.norm(b.outward)
+        edges = [corners[1, 0] - corners[0, 0], corners[0, 1] - corners[0, 0]]
+        edges.insert(axis, out if end else -out)
+        low, high = domain_box(b.grid)
+        matrix = np.eye(4)
+        matrix[:3, :3] = np.stack(edges, axis=1) / (high - low)
+        matrix[:3, 3] = corners[0, 0] - (edges[axis] if end else 0.0) - matrix[:3, :3] @ low
+        return matrix
+
+
+def _built(grid: Grid, to_object: Array, name: str) -> isochor.Lattice:
+    """The block with this transform. Raises ``Problem`` where it is flat."""
+    try:
+        return build_lattice(replace(grid, to_object=to_object))
+    except isochor.LatticeError as error:
+        raise problem.Problem(problem.flat_lattice(name)) from error
+
+
+def _moved(grid: Grid, way: Array) -> Array:
+    """The block's transform, moved in the world."""
+    matrix = grid.to_object.copy()
+    matrix[:3, 3] += way
+    return matrix
 
 
 def unit(vector: Array) -> Array:

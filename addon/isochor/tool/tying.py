@@ -140,5 +140,5 @@ def _refuse_crowded(lattice: bpy.types.Object, grid: Grid, made: list[Tied]) -> 
     for axis in "stu":
         low, high = held.get(f"{axis}0"), held.get(f"{axis}1")
         if low is not None and high is not None and np.any(ties.mask(low, grid) & ties.mask(high, grid)):
-            need = 2 * int(np.any(Face(grid, low.face).rows(low.continuity) != 0.0, axis=0).sum())
+            need = 2 * Face(grid, low.face).layers(low.continuity)
             raise problem.Problem(problem.tied_crowded(lattice.name, "UVW"["stu".index(axis)], need))

@@ -234,7 +234,7 @@ class Chain:
     another's result (Ferrier's local and hierarchical deformations).
 
     lattices: pairs (lattice, options) in the order in which they act; options, a dict, are those of `Lattice.bind` that say how vertices
-    are embedded: outside, influence, rest, and for the last lattice bodies, caps and surface too. A lattice alone has none.
+    are embedded: outside, influence, rest, continuity, and for the last lattice bodies, caps and surface too. A lattice alone has none.
     vertices (V, 3), triangles (F, 3), device: as in `Lattice.bind`; the last lattice alone is computed on a GPU.
 
     The volume is corrected by the last lattice, exactly for the whole chain. Lattices before the first whose control points changed since
